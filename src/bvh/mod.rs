@@ -1,0 +1,3 @@
+//! The acceleration structure: built as a binary tree, collapsed to four-wide nodes, traversed.
+
+pub mod ray;

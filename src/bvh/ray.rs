@@ -1,0 +1,42 @@
+//! A ray and what it hit: the two values that every traversal kernel takes and gives.
+
+use glam::Vec3;
+
+/// A ray, world space. Hits count for `0 < t <= t_max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin.
+    pub origin: Vec3,
+    /// Direction; `t` is in units of its length.
+    pub direction: Vec3,
+    /// Farthest `t` that counts; may be infinite.
+    pub t_max: f32,
+}
+
+/// `prim` of a ray that hit nothing.
+pub const MISS: u32 = u32::MAX;
+
+/// The closest hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction; infinite for a miss.
+    pub t: f32,
+    /// Barycentric weight of the second corner; 0 for spheres.
+    pub u: f32,
+    /// Barycentric weight of the third corner; 0 for spheres.
+    pub v: f32,
+    /// Primitive, or [`MISS`]. Of primitives hit at the same `t`, the smallest.
+    pub prim: u32,
+    /// Geometry of the primitive; [`MISS`] for a miss.
+    pub geom: u32,
+}
+
+impl Hit {
+    /// Nothing hit.
+    pub const NONE: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, prim: MISS, geom: MISS };
+
+    /// Whether anything was hit.
+    pub fn is_some(&self) -> bool {
+        self.prim != MISS
+    }
+}

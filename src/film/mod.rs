@@ -1,0 +1,3 @@
+//! Pixels: moments, convergence, output.
+
+pub mod picture;

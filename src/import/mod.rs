@@ -1,0 +1,1 @@
+//! Scene files in, [`SceneDescription`](crate::scene::description::SceneDescription)s out, or a located error.

@@ -1,0 +1,9 @@
+//! # comber: a wavefront path tracer for the CPU
+
+pub mod bvh;
+pub mod error;
+pub mod film;
+pub mod import;
+pub mod measure;
+pub mod options;
+pub mod scene;

@@ -1,0 +1,208 @@
+//! Options as resolved: what a render does, with every default filled in. The command line fills these.
+
+use serde::Serialize;
+
+/// Which transport a render estimates: a range of bounces, or something simpler than light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// All light up to the depth limit.
+    #[default]
+    Path,
+    /// Emission and direct light: bounces 0 and 1.
+    Direct,
+    /// Emission seen directly: bounce 0.
+    ZeroBounce,
+    /// Direct light alone: bounce 1.
+    OneBounce,
+    /// Indirect light alone: bounces 2 and up.
+    IndirectOnly,
+    /// Shading normals as colours, `(n + 1) / 2`.
+    Normals,
+    /// BVH nodes visited by the camera ray, as a heat map.
+    BvhCost,
+}
+
+impl Integrator {
+    /// The bounces that count, given the depth limit `max_depth`; `None` where no light is simulated.
+    ///
+    /// Bounce 0 is emission seen by the camera, bounce 1 direct light, and so on: the course's `-m`.
+    pub fn bounces(self, max_depth: u32) -> Option<(u32, u32)> {
+        match self {
+            Integrator::Path => Some((0, max_depth)),
+            Integrator::Direct => Some((0, max_depth.min(1))),
+            Integrator::ZeroBounce => Some((0, 0)),
+            Integrator::OneBounce => Some((1, max_depth.min(1))),
+            Integrator::IndirectOnly => Some((2, max_depth)),
+            Integrator::Normals | Integrator::BvhCost => None,
+        }
+    }
+}
+
+/// How direct light is estimated at each vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direct {
+    /// Uniform directions over the hemisphere, as in the course.
+    Hemisphere,
+    /// Points on the lights.
+    Light,
+    /// The ray that continues the path, nothing else.
+    Bsdf,
+    /// Lights and continuing ray, weighted by the power heuristic (Veach 1997, §9.2).
+    #[default]
+    Mis,
+}
+
+/// When a path ends early.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Roulette {
+    /// Never: paths run to the depth limit.
+    Off,
+    /// Continue with this probability, as in the course.
+    Fixed(f32),
+    /// Continue with probability `min(max(β), 0.95)` once `start` bounces are done.
+    Throughput {
+        /// Bounces before the first chance to end.
+        start: u32,
+    },
+}
+
+impl Default for Roulette {
+    fn default() -> Self {
+        Roulette::Throughput { start: 3 }
+    }
+}
+
+/// Which quantile a confidence interval uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Confidence {
+    /// Normal: 1.96, as in the course.
+    Z,
+    /// Student's t with n − 1 degrees of freedom.
+    #[default]
+    T,
+}
+
+/// Adaptive sampling: a pixel retires when its 95 % interval is narrow enough.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Adaptive {
+    /// Samples between tests.
+    pub batch: u32,
+    /// Largest half-width of the interval, as a fraction of the mean luminance.
+    pub tolerance: f32,
+    /// Quantile.
+    pub confidence: Confidence,
+    /// No pixel retires with fewer samples.
+    pub min_samples: u32,
+}
+
+/// Which structure answers ray queries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Accel {
+    /// Four-wide BVH.
+    #[default]
+    Bvh,
+    /// Test every primitive: the oracle, and a show of what the BVH gains.
+    Brute,
+}
+
+/// Normals used for shading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Normals {
+    /// Interpolated vertex normals, where the file has them.
+    #[default]
+    Smooth,
+    /// The triangle's own normal.
+    Flat,
+}
+
+/// Instruction sets that kernels are compiled for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Simd {
+    /// The best that this processor has.
+    #[default]
+    Auto,
+    /// What every processor of the architecture has (SSE2, NEON).
+    Baseline,
+    /// AVX2 and FMA.
+    Avx2,
+}
+
+/// A rectangle of pixels, from the top left of the frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Cell {
+    /// Left edge.
+    pub x: u32,
+    /// Top edge.
+    pub y: u32,
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}
+
+/// Everything about a render but the scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct RenderOptions {
+    /// Frame width in pixels.
+    pub width: u32,
+    /// Frame height in pixels.
+    pub height: u32,
+    /// Part of the frame to render; all of it if `None`.
+    pub cell: Option<Cell>,
+    /// Samples a pixel (the most, when adaptive).
+    pub samples: u32,
+    /// Rays towards each light at each vertex.
+    pub light_samples: u32,
+    /// Depth limit: 0 emission only, 1 direct light too, ….
+    pub max_depth: u32,
+    /// What to estimate.
+    pub integrator: Integrator,
+    /// How direct light is estimated.
+    pub direct: Direct,
+    /// When paths end early.
+    pub roulette: Roulette,
+    /// Adaptive sampling, or every pixel gets all its samples.
+    pub adaptive: Option<Adaptive>,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// Which structure answers ray queries.
+    pub accel: Accel,
+    /// Accumulate albedo, normal and depth of the first hit too.
+    pub aovs: bool,
+    /// Rows a wave; `None`: the plan chooses. Changes speed only.
+    pub wave: Option<u32>,
+    /// Worker threads; `None`: all processors. Changes speed only.
+    pub threads: Option<u32>,
+    /// Instruction set. Changes speed only.
+    pub simd: Simd,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        RenderOptions {
+            width: 480,
+            height: 360,
+            cell: None,
+            samples: 64,
+            light_samples: 1,
+            max_depth: 5,
+            integrator: Integrator::Path,
+            direct: Direct::Mis,
+            roulette: Roulette::default(),
+            adaptive: None,
+            seed: 0,
+            accel: Accel::Bvh,
+            aovs: false,
+            wave: None,
+            threads: None,
+            simd: Simd::Auto,
+        }
+    }
+}
