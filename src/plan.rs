@@ -1,10 +1,21 @@
 //! Features and options → stages, columns, bytes a path, wave size; and why each is there.
 
 use crate::bvh::Accel;
-use crate::error::Result;
-use crate::options::RenderOptions;
+use crate::error::{Error, Result};
+use crate::film::tile::FilmLayout;
+use crate::options::{Cell, Direct, Integrator, RenderOptions, Roulette};
 use crate::scene::Scene;
+use crate::simd::Tier;
+use crate::stages::{self, Stage};
+use crate::transport::{Transport, simulates_light};
+use crate::wave::columns::ColumnInfo;
+use crate::wave::features::Features;
+use crate::wave::{self, Table};
 use serde::Serialize;
+
+/// Bytes of columns that a wave may fill by default: half of a common second-level cache. `profiling/runs` holds the
+/// curve that it was chosen from.
+const WAVE_BUDGET: usize = 1 << 20;
 
 /// A stage that will run.
 #[derive(Clone, Debug, Serialize)]
@@ -28,11 +39,11 @@ pub struct PlannedStage {
 /// A column that will be allocated.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlannedColumn {
-    /// Table and field: `ray.ox`.
+    /// Table and field: `path.ox`.
     pub name: String,
-    /// Element type and unit.
+    /// Element type and meaning, with its unit.
     pub what: String,
-    /// Bytes a row.
+    /// Bytes a path.
     pub bytes: usize,
     /// The feature that requires it.
     pub why: String,
@@ -43,12 +54,20 @@ pub struct PlannedColumn {
 pub struct Plan {
     /// The options it was made from.
     pub options: RenderOptions,
+    /// What is rendered of the frame.
+    pub cell: Cell,
+    /// What the scene and the options require.
+    #[serde(skip)]
+    pub features: Features,
     /// Stages in order.
     pub stages: Vec<PlannedStage>,
     /// Columns, by table.
     pub columns: Vec<PlannedColumn>,
     /// Bytes of columns a path.
     pub bytes_per_path: usize,
+    /// Sums the film keeps.
+    #[serde(skip)]
+    pub film: FilmLayout,
     /// Rows a wave.
     pub wave: usize,
     /// Why that many.
@@ -57,7 +76,7 @@ pub struct Plan {
     pub threads: usize,
     /// Instruction set.
     pub simd: &'static str,
-    /// Predicted memory of waves (all workers), film, scene and acceleration structure, in bytes.
+    /// Predicted memory, in bytes.
     pub memory: PlannedMemory,
 }
 
@@ -76,8 +95,223 @@ pub struct PlannedMemory {
 
 impl Plan {
     /// Plans a render of `scene`.
+    ///
+    /// # Errors
+    /// A cell outside the frame, an instruction set that this processor lacks, a wave too large to index.
     pub fn new(scene: &Scene, accel: &Accel, options: &RenderOptions) -> Result<Plan> {
-        let _ = (scene, accel, options);
-        todo!()
+        let whole = Cell { x: 0, y: 0, width: options.width, height: options.height };
+        let cell = options.cell.unwrap_or(whole);
+        let ends = (u64::from(cell.x) + u64::from(cell.width), u64::from(cell.y) + u64::from(cell.height));
+        if cell.width == 0 || cell.height == 0 || ends.0 > options.width.into() || ends.1 > options.height.into() {
+            return Err(Error::Options(format!(
+                "the cell of {}×{} pixels at ({}, {}) is not a part of the {}×{} frame",
+                cell.width, cell.height, cell.x, cell.y, options.width, options.height
+            )));
+        }
+        let transport = Transport::new(options, &scene.lights);
+        let features = features(scene, options, &transport);
+        let tables = wave::tables(transport.shadow_samples, features);
+        let bytes_per_path: usize = tables.iter().map(|t| t.bytes_per_path()).sum();
+        let threads = options.threads.map_or_else(processors, |t| t as usize);
+        let (wave, wave_why) = wave_rows(options, bytes_per_path);
+        if wave.saturating_mul(transport.shadow_samples.max(1) as usize) >= 1 << 31 {
+            return Err(Error::Options(format!("a wave of {wave} rows casts more shadow rays than can be numbered")));
+        }
+        let film = FilmLayout { variance: options.aovs, luminance: options.adaptive.is_some(), aovs: options.aovs };
+        let pixels = u64::from(cell.width) * u64::from(cell.height);
+        let memory = PlannedMemory {
+            waves: (threads * wave * bytes_per_path) as u64,
+            film: pixels * film.bytes_per_pixel() as u64,
+            scene: scene.bytes() as u64,
+            accel: accel.stats().bytes as u64,
+        };
+        Ok(Plan {
+            stages: planned_stages(features, &tables, scene, options, &transport)?,
+            columns: planned_columns(&tables),
+            options: options.clone(),
+            cell,
+            features,
+            bytes_per_path,
+            film,
+            wave,
+            wave_why,
+            threads,
+            simd: Tier::detect(options.simd)?.name(),
+            memory,
+        })
+    }
+}
+
+/// Processors that this process may use.
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// What the scene and the options require.
+fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Features {
+    let light = simulates_light(options.integrator);
+    let shadow = light && transport.shadow_samples > 0 && transport.max_bounce >= 1;
+    let continues = light && transport.continues(0);
+    let can_end = match options.roulette {
+        Roulette::Off => false,
+        Roulette::Fixed(_) => transport.continues(1),
+        Roulette::Throughput { start } => transport.continues(start),
+    };
+    let shows_normals = options.integrator == Integrator::Normals || options.aovs;
+    Features::TRANSPORT.when(light)
+        | Features::SCATTER.when(shadow || continues)
+        | Features::TRIANGLES.when(!scene.shapes.triangles.is_empty())
+        | Features::SPHERES.when(!scene.shapes.spheres.is_empty())
+        | Features::SMOOTH.when(!scene.shapes.normals.is_empty() && (shadow || continues || shows_normals))
+        | Features::CONTINUE.when(continues)
+        | Features::SHADOW.when(shadow)
+        | Features::MIS.when(shadow && continues && transport.mis())
+        | Features::HEMISPHERE.when(shadow && options.direct == Direct::Hemisphere)
+        | Features::ROULETTE.when(continues && can_end)
+        | Features::AOVS.when(options.aovs)
+        | Features::COST.when(options.integrator == Integrator::BvhCost)
+}
+
+/// The size of a wave, and why.
+fn wave_rows(options: &RenderOptions, bytes_per_path: usize) -> (usize, String) {
+    if let Some(rows) = options.wave {
+        return (rows as usize, "as asked".into());
+    }
+    let fitting = (WAVE_BUDGET / bytes_per_path).max(1).ilog2();
+    let rows = 1usize << fitting.clamp(8, 13);
+    let why = format!("the largest power of two, of 256 to 8192, whose columns fit {} KiB", WAVE_BUDGET >> 10);
+    (rows, why)
+}
+
+fn planned_columns(tables: &[Table]) -> Vec<PlannedColumn> {
+    let column = |table: &Table, (name, info): (String, &'static ColumnInfo)| PlannedColumn {
+        name,
+        what: format!("{}: {}", info.ty, info.meaning),
+        bytes: ColumnInfo::BYTES * table.rows_per_path,
+        why: info.requires.why(),
+    };
+    tables.iter().flat_map(|table| table.allocated().map(move |c| column(table, c))).collect()
+}
+
+/// Names of allocated columns that a stage's list stands for.
+fn resolve(list: &[(&'static str, Features)], features: Features, columns: &[String]) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for (pattern, _) in list.iter().filter(|(_, requires)| features.has(*requires)) {
+        let before = names.len();
+        match pattern.strip_suffix('*') {
+            Some(table) => names.extend(columns.iter().filter(|c| c.starts_with(table)).cloned()),
+            None => names.extend(columns.iter().filter(|c| c == pattern).cloned()),
+        }
+        if names.len() == before {
+            return Err(Error::Options(format!("the plan has no column {pattern}: a stage's list is wrong")));
+        }
+    }
+    Ok(names)
+}
+
+/// The stages that run, after a check that what they read is written and what they write is read.
+fn planned_stages(
+    features: Features,
+    tables: &[Table],
+    scene: &Scene,
+    options: &RenderOptions,
+    transport: &Transport,
+) -> Result<Vec<PlannedStage>> {
+    let columns: Vec<String> = tables.iter().flat_map(|t| t.allocated().map(|(name, _)| name)).collect();
+    let mut planned = Vec::new();
+    for stage in stages::ALL.iter().filter(|s| features.has(s.requires)) {
+        let reads = resolve(stage.reads, features, &columns)?;
+        let writes = resolve(stage.writes, features, &columns)?;
+        let (kernel, why) = describe(stage, features, scene, options, transport);
+        let (bytes_read, bytes_written) = (reads.len() * ColumnInfo::BYTES, writes.len() * ColumnInfo::BYTES);
+        planned.push(PlannedStage { name: stage.name, kernel, why, reads, writes, bytes_read, bytes_written });
+    }
+    check(&planned, &columns)?;
+    Ok(planned)
+}
+
+/// Every column is written by some stage and read by some stage. (The order within a bounce is the drive's, and fixed.)
+fn check(planned: &[PlannedStage], columns: &[String]) -> Result<()> {
+    for column in columns {
+        let read = planned.iter().any(|s| s.reads.contains(column));
+        let written = planned.iter().any(|s| s.writes.contains(column));
+        if !(read && written) {
+            let problem = if read { "read but never written" } else { "allocated but never read" };
+            return Err(Error::Options(format!("the plan is inconsistent: {column} is {problem}")));
+        }
+    }
+    Ok(())
+}
+
+/// The kernel a stage runs, and why.
+fn describe(
+    stage: &Stage,
+    features: Features,
+    scene: &Scene,
+    options: &RenderOptions,
+    transport: &Transport,
+) -> (String, String) {
+    let shapes = match (features.has(Features::TRIANGLES), features.has(Features::SPHERES)) {
+        (true, true) => "triangles and spheres",
+        (true, false) => "triangles",
+        _ => "spheres",
+    };
+    let lights = scene.lights.len();
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    match stage.name {
+        "generate" => ("pinhole camera, jittered".into(), "every path starts at the camera".into()),
+        "traverse" => {
+            let structure = match options.accel {
+                crate::options::Accel::Bvh => "4-wide BVH",
+                crate::options::Accel::Brute => "every primitive",
+            };
+            let counted = if features.has(Features::COST) { ", counting nodes" } else { "" };
+            (format!("{structure}, closest hit, watertight, {shapes}{counted}"), format!("the scene holds {shapes}"))
+        }
+        "shade" => {
+            let mut parts = Vec::new();
+            if features.has(Features::TRANSPORT) {
+                parts.push("emission");
+            }
+            if features.has(Features::SCATTER) {
+                parts.push("diffuse");
+                parts.push(if features.has(Features::SMOOTH) { "corner normals" } else { "flat normals" });
+            }
+            if features.has(Features::SCATTER) && features.has(Features::SPHERES) {
+                parts.push("sphere normals");
+            }
+            if features.has(Features::AOVS) {
+                parts.push("first-hit layers");
+            }
+            if !features.has(Features::TRANSPORT) && !features.has(Features::COST) {
+                parts.push("normals as colours");
+            }
+            let mut why = format!("{} of {}", count(scene.materials.len(), "material"), "diffuse kind");
+            if features.has(Features::SHADOW) {
+                why += &format!("; {} a vertex towards {}", count(transport.shadow_samples as usize, "shadow ray"), count(lights, "light"));
+            }
+            (if parts.is_empty() { "nothing to shade".into() } else { parts.join(", ") }, why)
+        }
+        "shadow" if features.has(Features::HEMISPHERE) => {
+            ("closest hit, then its emission".into(), Features::HEMISPHERE.why())
+        }
+        "shadow" => ("any hit".into(), Features::SHADOW.why()),
+        "roulette" => match options.roulette {
+            Roulette::Fixed(p) if features.has(Features::ROULETTE) => {
+                (format!("continue with probability {p}, then compact"), Features::ROULETTE.why())
+            }
+            Roulette::Throughput { start } if features.has(Features::ROULETTE) => (
+                format!("continue with probability min(max β, 0.95) after {}, then compact", count(start as usize, "bounce")),
+                Features::ROULETTE.why(),
+            ),
+            _ => ("compact".into(), "rows whose path has ended make room".into()),
+        },
+        _ => match options.adaptive {
+            Some(rule) => (
+                format!("add to the film; test every {} samples", rule.batch),
+                format!("a pixel is done when its 95 % interval is within {} of its mean", rule.tolerance),
+            ),
+            None => ("add to the film".into(), "every pixel gets all its samples".into()),
+        },
     }
 }

@@ -1,5 +1,6 @@
 //! Pinhole cameras: where they stand, and the ray through a point of the image.
 
+use crate::sampling::lanes::{Lanes, V3};
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
@@ -97,8 +98,8 @@ impl Camera {
 impl Lens {
     /// Unit direction through `(x, y)`, in pixels from the top left corner of the frame.
     #[inline(always)]
-    pub fn direction(&self, x: f32, y: f32) -> Vec3 {
-        let d = self.corner + self.dx * x + self.dy * y;
-        d * (1.0 / d.dot(d).sqrt())
+    pub fn direction<F: Lanes>(&self, x: F, y: F) -> V3<F> {
+        let d = V3::splat(self.corner) + V3::splat(self.dx) * x + V3::splat(self.dy) * y;
+        d.normalize()
     }
 }

@@ -1,13 +1,18 @@
 //! The scene as component tables: shapes, materials, lights, a camera.
 
+pub mod build;
 pub mod camera;
 pub mod description;
 pub mod shapes;
+pub mod surface;
 
-use crate::error::{Note, Result};
+use crate::error::Note;
+use crate::light::Light;
+use crate::material::Material;
 use crate::options::Normals;
-use description::SceneDescription;
+use glam::Vec3;
 use shapes::Shapes;
+use std::mem::size_of;
 
 /// How a description becomes a scene.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,28 +24,38 @@ pub struct SceneOptions {
 }
 
 /// A scene ready to be rendered, apart from its acceleration structure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Everything a ray can hit.
     pub shapes: Shapes,
+    /// What it is made of.
+    pub materials: Vec<Material>,
+    /// What emits.
+    pub lights: Vec<Light>,
     /// What the user should know, from import and build.
     pub notes: Vec<Note>,
 }
 
 impl Scene {
-    /// Checks a description and lays it out in tables.
-    pub fn build(description: SceneDescription, options: SceneOptions) -> Result<Scene> {
-        let _ = (description, options);
-        todo!()
-    }
-
     /// Bytes of all tables.
     pub fn bytes(&self) -> usize {
-        todo!()
+        let s = &self.shapes;
+        s.positions.len() * size_of::<Vec3>()
+            + s.normals.len() * size_of::<Vec3>()
+            + s.triangles.len() * size_of::<[u32; 3]>()
+            + s.spheres.len() * size_of::<shapes::Sphere>()
+            + s.geometries.len() * size_of::<shapes::Geometry>()
+            + self.materials.len() * size_of::<Material>()
+            + self.lights.len() * size_of::<Light>()
     }
 
     /// Bounding box of all shapes: minimum and maximum corner.
-    pub fn bounds(&self) -> (glam::Vec3, glam::Vec3) {
-        todo!()
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let corners = self.shapes.triangles.iter().flatten().map(|&i| self.shapes.positions[i as usize]);
+        let (low, high) = corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
+        self.shapes
+            .spheres
+            .iter()
+            .fold((low, high), |(a, b), s| (a.min(s.center - s.radius), b.max(s.center + s.radius)))
     }
 }

@@ -1,0 +1,62 @@
+//! The six stages, in order. Each file: what it reads and writes, one `run`, its tests. Stages never import each other.
+//!
+//! | stage | consumes | produces |
+//! |---|---|---|
+//! | [`generate`] | spans of pixels | samples, paths |
+//! | [`traverse`] | paths | hits |
+//! | [`shade`] | paths, hits | radiance, shadow rays, next paths |
+//! | [`shadow`] | shadow rays | radiance |
+//! | [`roulette`] | next paths | paths, dense again |
+//! | [`retire`] | samples | film; pixels that are done |
+
+pub mod generate;
+pub mod retire;
+pub mod roulette;
+pub mod shade;
+pub mod shadow;
+pub mod traverse;
+
+use crate::bvh::Accel;
+use crate::scene::Scene;
+use crate::scene::camera::Lens;
+use crate::simd::Tier;
+use crate::transport::Transport;
+use crate::wave::features::Features;
+
+/// What all batches of a render share. Read only.
+pub struct Context<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Answers ray queries.
+    pub accel: &'a Accel,
+    /// The camera for this frame.
+    pub lens: Lens,
+    /// The estimator.
+    pub transport: Transport,
+    /// What the plan requires.
+    pub features: Features,
+    /// Seed of all random numbers.
+    pub seed: u32,
+    /// Instruction set.
+    pub tier: Tier,
+}
+
+/// A stage, as data: what the plan checks and `comber info` prints.
+///
+/// Columns are named `table.field`; `table.*` stands for all columns of a table that the plan allocates. `next` is the path
+/// table that shade fills and roulette empties.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage {
+    /// Its name, in reports, benches and traces.
+    pub name: &'static str,
+    /// Columns read, each with the features under which it is.
+    pub reads: &'static [(&'static str, Features)],
+    /// Columns written, each with the features under which it is.
+    pub writes: &'static [(&'static str, Features)],
+    /// It runs if the plan has all of these.
+    pub requires: Features,
+}
+
+/// The six, in the order in which they run.
+pub const ALL: [&Stage; 6] =
+    [&generate::STAGE, &traverse::STAGE, &shade::STAGE, &shadow::STAGE, &roulette::STAGE, &retire::STAGE];

@@ -1,0 +1,55 @@
+//! # retire: samples to the film, pixels off the list
+//!
+//! | | |
+//! |---|---|
+//! | reads | `sample.*` but the pixel numbers |
+//! | writes | film |
+//! | consumes | spans of pixels and their finished samples |
+//! | produces | tiles with fewer active pixels |
+//! | cost | 12 bytes read a sample, 40 with first hits; 24 to 144 bytes of film read and written |
+//!
+//! Policy (when is a pixel done?) lives in `film/convergence.rs`; this stage carries it out.
+
+use super::Stage;
+use crate::film::tile::{Sample, Tile};
+use crate::wave::features::Features;
+use crate::wave::samples::Samples;
+use crate::wave::span::Span;
+
+/// Its facts.
+pub const STAGE: Stage = Stage {
+    name: "retire",
+    reads: &[
+        ("sample.r", Features::ALWAYS),
+        ("sample.g", Features::ALWAYS),
+        ("sample.b", Features::ALWAYS),
+        ("sample.albedo_r", Features::AOVS),
+        ("sample.albedo_g", Features::AOVS),
+        ("sample.albedo_b", Features::AOVS),
+        ("sample.normal_x", Features::AOVS),
+        ("sample.normal_y", Features::AOVS),
+        ("sample.normal_z", Features::AOVS),
+        ("sample.depth", Features::AOVS),
+    ],
+    writes: &[],
+    requires: Features::ALWAYS,
+};
+
+/// Adds the samples of `spans`, which occupy successive slots from 0, to the pixels of `tiles`.
+pub fn run(spans: &[Span], samples: &Samples, tiles: &mut [Tile]) {
+    let aovs = !samples.depth.is_empty();
+    let mut slot = 0;
+    for span in spans {
+        let tile = &mut tiles[span.tile as usize];
+        for _ in 0..span.count {
+            let mut sample = Sample { radiance: [samples.r[slot], samples.g[slot], samples.b[slot]], ..Sample::default() };
+            if aovs {
+                sample.albedo = [samples.albedo_r[slot], samples.albedo_g[slot], samples.albedo_b[slot]];
+                sample.normal = [samples.normal_x[slot], samples.normal_y[slot], samples.normal_z[slot]];
+                sample.depth = samples.depth[slot];
+            }
+            tile.add(span.local as usize, &sample);
+            slot += 1;
+        }
+    }
+}

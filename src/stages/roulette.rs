@@ -1,0 +1,76 @@
+//! # roulette: which paths go on
+//!
+//! | | |
+//! |---|---|
+//! | reads | `next.*` |
+//! | writes | `path.*` |
+//! | consumes | paths as shade left them, dead ones among them |
+//! | produces | live paths, dense and in the same order |
+//! | cost | the row's bytes read and written once |
+//!
+//! Rows move (a *streamed* queue): the stages behind read columns from end to end. Keeping the order keeps what coherence the
+//! pixels' order gave.
+
+use super::{Context, Stage};
+use crate::sampling::lanes::V3;
+use crate::wave::features::Features;
+use crate::wave::paths::Paths;
+use bumpalo::Bump;
+
+/// Its facts.
+pub const STAGE: Stage = Stage {
+    name: "roulette",
+    reads: &[("next.*", Features::ALWAYS)],
+    writes: &[("path.*", Features::ALWAYS)],
+    requires: Features::CONTINUE,
+};
+
+/// Moves those of the first `n` rows of `next` that go on from vertex `depth` to `paths`; returns how many.
+pub fn run(context: &Context, depth: u32, n: usize, next: &Paths, paths: &mut Paths, scratch: &Bump) -> usize {
+    let survivors = scratch.alloc_slice_fill_copy(n, 0u32);
+    let scales = scratch.alloc_slice_fill_copy(n, 1.0f32);
+    let mut live = 0;
+    let random = context.features.has(Features::ROULETTE);
+    for row in 0..n {
+        let beta = V3::new(next.beta_r[row], next.beta_g[row], next.beta_b[row]);
+        let brightest = beta.max_component();
+        let survival = context.transport.survival(depth, beta);
+        let goes_on = brightest > 0.0 && !(random && next.roulette[row] >= survival);
+        survivors[live] = row as u32;
+        scales[live] = 1.0 / survival;
+        live += usize::from(goes_on);
+    }
+    let (survivors, scales) = (&survivors[..live], &scales[..live]);
+    for (to, from) in [
+        (&mut paths.ox, &next.ox),
+        (&mut paths.oy, &next.oy),
+        (&mut paths.oz, &next.oz),
+        (&mut paths.dx, &next.dx),
+        (&mut paths.dy, &next.dy),
+        (&mut paths.dz, &next.dz),
+        (&mut paths.pdf, &next.pdf),
+    ] {
+        if !from.is_empty() {
+            gather(&mut to[..live], from, survivors);
+        }
+    }
+    gather(&mut paths.slot[..live], &next.slot, survivors);
+    for (to, from) in [
+        (&mut paths.beta_r, &next.beta_r),
+        (&mut paths.beta_g, &next.beta_g),
+        (&mut paths.beta_b, &next.beta_b),
+    ] {
+        gather(&mut to[..live], from, survivors);
+        if random {
+            to[..live].iter_mut().zip(scales).for_each(|(b, s)| *b *= s);
+        }
+    }
+    live
+}
+
+/// Column by column: each is one stream out and one nearly sequential stream in.
+fn gather<T: Copy>(to: &mut [T], from: &[T], rows: &[u32]) {
+    for (to, &row) in to.iter_mut().zip(rows) {
+        *to = from[row as usize];
+    }
+}

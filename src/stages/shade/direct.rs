@@ -1,0 +1,164 @@
+//! Direct light: shadow rays and what each is worth.
+
+use super::block::{Block, Column, Column3, ROWS, get, set};
+use crate::light::LightSample;
+use crate::light::shape::LightShape;
+use crate::sampling::lanes::{Lanes, V3};
+use crate::stages::Context;
+use crate::transport::{hemisphere_sample, light_contribution};
+use crate::wave::features::Features;
+use crate::wave::shadows::Shadows;
+use glam::Vec4;
+
+/// Appends the shadow rays of the block behind row `n` of `shadows`; returns the new count.
+#[inline(always)]
+pub fn run(context: &Context, depth: u32, block: &mut Block, shadows: &mut Shadows, mut n: usize) -> usize {
+    let transport = &context.transport;
+    let mut rays = ShadowRays::default();
+    for k in 0..transport.shadow_samples {
+        block.draw(transport.dimensions.light(depth, k), context.seed);
+        if context.features.has(Features::HEMISPHERE) {
+            hemisphere(context, block, &mut rays);
+        } else if let Some(shape) = single_light(context, k) {
+            one_light(context, block, shape, k, &mut rays);
+        } else {
+            light_by_row(context, block, k, &mut rays);
+        }
+        n = append(block, &rays, shadows, n);
+    }
+    n
+}
+
+/// Shadow rays of one sample of each row; no value where `value` is zero.
+struct ShadowRays {
+    direction: Column3,
+    distance: Column,
+    value: Column3,
+}
+
+impl Default for ShadowRays {
+    fn default() -> Self {
+        ShadowRays { direction: [[0.0; ROWS]; 3], distance: [0.0; ROWS], value: [[0.0; ROWS]; 3] }
+    }
+}
+
+/// The light that sample `k` asks in every row, if it is the same and of a shape that is sampled four at a time.
+#[inline(always)]
+fn single_light<'a>(context: &'a Context, k: u32) -> Option<&'a LightShape> {
+    context.transport.samples_per_light?;
+    let light = &context.scene.lights[context.transport.light_of(k, 0.0)];
+    (!matches!(light.shape, LightShape::Mesh(_))).then_some(&light.shape)
+}
+
+#[inline(always)]
+fn one_light(context: &Context, block: &Block, shape: &LightShape, k: u32, rays: &mut ShadowRays) {
+    match shape {
+        LightShape::Parallelogram(p) => four_by_four(context, block, k, rays, |from, u, v| p.sample(from, u, v)),
+        LightShape::Sphere(s) => four_by_four(context, block, k, rays, |from, u, v| s.sample(from, u, v)),
+        LightShape::Mesh(_) => unreachable!("meshes are sampled row by row"),
+    }
+}
+
+#[inline(always)]
+fn four_by_four(
+    context: &Context,
+    block: &Block,
+    k: u32,
+    rays: &mut ShadowRays,
+    sample: impl Fn(V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
+) {
+    let transport = &context.transport;
+    let id = transport.light_of(k, 0.0);
+    let radiance = V3::splat(context.scene.lights[id].radiance);
+    let rate = Vec4::splat(transport.rates[id]);
+    let mis = transport.mis();
+    for i in (0..block.len).step_by(Vec4::WIDTH) {
+        let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
+        let found = sample(get(&block.origin, i), u, v);
+        let frame = [get(&block.normal, i), get(&block.geometric, i)];
+        let value = light_contribution(
+            get(&block.beta, i),
+            get(&block.albedo, i),
+            frame,
+            found,
+            [radiance, V3::new(rate, rate, rate)],
+            mis,
+        );
+        set(&mut rays.direction, i, found.direction);
+        found.distance.store(&mut rays.distance[i..]);
+        set(&mut rays.value, i, value);
+    }
+}
+
+/// Rows ask different lights, or a mesh: one at a time.
+#[inline(always)]
+fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut ShadowRays) {
+    let transport = &context.transport;
+    for i in 0..block.len {
+        let random = [0, 1, 2].map(|d: usize| block.random[d][i]);
+        let id = transport.light_of(k, block.random[3][i]);
+        let light = &context.scene.lights[id];
+        let rate = transport.rates[id];
+        let found = light.sample(get(&block.origin, i), random);
+        let frame = [get(&block.normal, i), get(&block.geometric, i)];
+        let value = light_contribution::<f32>(
+            get(&block.beta, i),
+            get(&block.albedo, i),
+            frame,
+            found,
+            [light.radiance.into(), V3::new(rate, rate, rate)],
+            transport.mis(),
+        );
+        set(&mut rays.direction, i, found.direction);
+        rays.distance[i] = found.distance;
+        set(&mut rays.value, i, value);
+    }
+}
+
+#[inline(always)]
+fn hemisphere(context: &Context, block: &Block, rays: &mut ShadowRays) {
+    let count = context.transport.shadow_samples;
+    for i in (0..block.len).step_by(Vec4::WIDTH) {
+        let uv = [0, 1].map(|d: usize| Vec4::load(&block.random[d][i..]));
+        let frame = [get(&block.normal, i), get(&block.geometric, i)];
+        let (direction, value) =
+            hemisphere_sample::<Vec4>(get(&block.beta, i), get(&block.albedo, i), frame, uv, count);
+        set(&mut rays.direction, i, direction);
+        set(&mut rays.value, i, value);
+    }
+    rays.distance.fill(f32::INFINITY);
+}
+
+/// Streams the rays that are worth tracing to the table.
+#[inline(always)]
+fn append(block: &Block, rays: &ShadowRays, shadows: &mut Shadows, n: usize) -> usize {
+    let mut worth = [0u8; ROWS];
+    let mut count = 0;
+    for i in 0..block.len {
+        worth[count] = i as u8;
+        let [r, g, b] = [0, 1, 2].map(|c: usize| rays.value[c][i]);
+        // Not `> 0`: a value that is not a number must reach the film, which counts it.
+        count += usize::from(r != 0.0 || g != 0.0 || b != 0.0);
+    }
+    let worth = &worth[..count];
+    for (to, from) in [
+        (&mut shadows.ox, &block.origin[0]),
+        (&mut shadows.oy, &block.origin[1]),
+        (&mut shadows.oz, &block.origin[2]),
+        (&mut shadows.dx, &rays.direction[0]),
+        (&mut shadows.dy, &rays.direction[1]),
+        (&mut shadows.dz, &rays.direction[2]),
+        (&mut shadows.t_max, &rays.distance),
+        (&mut shadows.direct_r, &rays.value[0]),
+        (&mut shadows.direct_g, &rays.value[1]),
+        (&mut shadows.direct_b, &rays.value[2]),
+    ] {
+        for (to, &i) in to[n..n + count].iter_mut().zip(worth) {
+            *to = from[i as usize % ROWS];
+        }
+    }
+    for (to, &i) in shadows.slot[n..n + count].iter_mut().zip(worth) {
+        *to = block.slot[i as usize % ROWS];
+    }
+    n + count
+}

@@ -1,0 +1,52 @@
+//! Emission, and the queue of rows that scatter.
+
+use super::In;
+use crate::sampling::lanes::V3;
+use crate::scene::shapes::NO_LIGHT;
+use crate::stages::Context;
+use crate::transport::{emission, emission_weight};
+use crate::wave::samples::Samples;
+use glam::Vec3;
+
+/// Adds emission to the samples and writes the rows that scatter to `queue`; returns how many.
+#[inline(always)]
+pub fn run(context: &Context, depth: u32, n: usize, input: &In, samples: &mut Samples, queue: &mut [u32]) -> usize {
+    let scene = context.scene;
+    let counts_emission = context.transport.counts_emission(depth);
+    let mut scattering = 0;
+    for row in 0..n {
+        let Some(geometry) = scene.shapes.geometries.get(input.hits.geom[row] as usize) else { continue };
+        if geometry.light != NO_LIGHT && counts_emission {
+            emit(context, depth, row, input, samples);
+        }
+        queue[scattering] = row as u32;
+        let albedo = scene.materials[geometry.material as usize].albedo;
+        scattering += usize::from(albedo != Vec3::ZERO);
+    }
+    scattering
+}
+
+/// Few rows of a wave get here: one at a time.
+#[inline(always)]
+fn emit(context: &Context, depth: u32, row: usize, input: &In, samples: &mut Samples) {
+    let paths = input.paths;
+    let origin = V3::new(paths.ox[row], paths.oy[row], paths.oz[row]);
+    let direction = V3::new(paths.dx[row], paths.dy[row], paths.dz[row]);
+    let hit = input.hits.hit(row);
+    let Some((id, light, cos)) = emission(context.scene, &hit, origin, direction) else { return };
+    let weight = if depth > 0 && context.transport.mis() {
+        emission_weight(light, context.transport.rates[id], origin, hit.t, cos, paths.pdf[row])
+    } else {
+        1.0
+    };
+    let slot = paths.slot[row] as usize;
+    let beta = if paths.beta_r.is_empty() {
+        Vec3::ONE
+    } else {
+        Vec3::new(paths.beta_r[row], paths.beta_g[row], paths.beta_b[row])
+    };
+    let value = beta * light.radiance * weight;
+    samples.r[slot] += value.x;
+    samples.g[slot] += value.y;
+    samples.b[slot] += value.z;
+}

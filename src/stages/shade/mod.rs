@@ -1,0 +1,136 @@
+//! # shade: what each vertex adds, and where its path goes
+//!
+//! | | |
+//! |---|---|
+//! | reads | `path.*`, `hit.*`, `sample.pixel/index/r/g/b` (through `path.slot`) |
+//! | writes | `sample.r/g/b` (emission), `shadow.*`, `next.*`; at depth 0 the first-hit columns of `sample` |
+//! | consumes | one row a live path |
+//! | produces | shadow rays; next paths, dead ones among them |
+//! | cost | 68 bytes read a row, 44 written a shadow ray, 44 written a next path (diffuse, MIS) |
+//!
+//! First the rows that hit an emitter add its light; the rows that scatter go to a queue, and the queue is worked off in
+//! blocks that stay in the first-level cache: gather corners and throughput, then compute four rows at a time: surface,
+//! direct light, continuing ray.
+
+mod block;
+mod direct;
+mod emit;
+mod first_hit;
+mod scatter;
+mod surface;
+
+use super::{Context, Stage};
+use crate::simd::{Kernel, Lanes as Tiered};
+use crate::wave::features::Features;
+use crate::wave::hits::Hits;
+use crate::wave::paths::Paths;
+use crate::wave::samples::Samples;
+use crate::wave::shadows::Shadows;
+use block::Block;
+use bumpalo::Bump;
+
+/// Its facts.
+pub const STAGE: Stage = Stage {
+    name: "shade",
+    reads: &[
+        ("path.*", Features::SCATTER),
+        ("path.slot", Features::ALWAYS),
+        ("hit.*", Features::ALWAYS),
+        ("sample.pixel", Features::SCATTER),
+        ("sample.index", Features::SCATTER),
+        ("sample.r", Features::ALWAYS),
+        ("sample.g", Features::ALWAYS),
+        ("sample.b", Features::ALWAYS),
+    ],
+    writes: &[
+        ("sample.r", Features::ALWAYS),
+        ("sample.g", Features::ALWAYS),
+        ("sample.b", Features::ALWAYS),
+        ("sample.albedo_r", Features::AOVS),
+        ("sample.albedo_g", Features::AOVS),
+        ("sample.albedo_b", Features::AOVS),
+        ("sample.normal_x", Features::AOVS),
+        ("sample.normal_y", Features::AOVS),
+        ("sample.normal_z", Features::AOVS),
+        ("sample.depth", Features::AOVS),
+        ("shadow.*", Features::SHADOW),
+        ("next.*", Features::CONTINUE),
+    ],
+    requires: Features::ALWAYS,
+};
+
+/// What it reads.
+pub struct In<'a> {
+    /// Live paths.
+    pub paths: &'a Paths,
+    /// What they hit.
+    pub hits: &'a Hits,
+}
+
+/// What it writes.
+pub struct Out<'a> {
+    /// Radiance is added here.
+    pub samples: &'a mut Samples,
+    /// Shadow rays.
+    pub shadows: &'a mut Shadows,
+    /// Paths as they go on, dead ones among them.
+    pub next: &'a mut Paths,
+}
+
+/// Rows produced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Shadow rays.
+    pub shadows: usize,
+    /// Next paths.
+    pub next: usize,
+}
+
+/// Shades the first `n` rows, all at vertex `depth`.
+pub fn run(context: &Context, depth: u32, n: usize, input: In, out: Out, scratch: &Bump) -> Counts {
+    if depth == 0 {
+        first_hit::run(context, n, &input, out.samples);
+    }
+    if !context.features.has(Features::TRANSPORT) {
+        return Counts::default();
+    }
+    context.tier.run(Shade { context, depth, n, input, out, scratch })
+}
+
+struct Shade<'a, 'c> {
+    context: &'a Context<'c>,
+    depth: u32,
+    n: usize,
+    input: In<'a>,
+    out: Out<'a>,
+    scratch: &'a Bump,
+}
+
+impl Kernel for Shade<'_, '_> {
+    type Output = Counts;
+
+    #[inline(always)]
+    fn run<L: Tiered>(self, _: L) -> Counts {
+        let Shade { context, depth, n, input, out, scratch } = self;
+        let transport = &context.transport;
+        let (direct, continues) = (transport.counts_direct(depth), transport.continues(depth));
+        let queue = scratch.alloc_slice_fill_copy(n, 0u32);
+        let scattering = emit::run(context, depth, n, &input, out.samples, queue);
+        let mut counts = Counts::default();
+        if !(direct || continues) {
+            return counts;
+        }
+        let block = scratch.alloc(Block::default());
+        for rows in queue[..scattering].chunks(block::ROWS) {
+            block.gather(context, rows, &input, out.samples);
+            surface::run(context, block, rows.len());
+            if direct {
+                counts.shadows = direct::run(context, depth, block, out.shadows, counts.shadows);
+            }
+            if continues {
+                counts.next = scatter::run(context, depth, block, out.next, counts.next);
+            }
+        }
+        counts
+    }
+}

@@ -1,0 +1,48 @@
+//! The continuing ray.
+
+use super::block::{Block, Column3, get};
+use crate::material::diffuse;
+use crate::sampling::lanes::{Lanes, V3};
+use crate::stages::Context;
+use crate::wave::features::Features;
+use crate::wave::paths::Paths;
+use glam::Vec4;
+
+/// Appends the block's next paths behind row `n` of `next`; returns the new count. Dead ones have β = 0.
+#[inline(always)]
+pub fn run(context: &Context, depth: u32, block: &mut Block, next: &mut Paths, n: usize) -> usize {
+    block.draw(context.transport.dimensions.bounce(depth), context.seed);
+    let end = n + block.len;
+    let zero = [[0.0; super::block::ROWS]; 3];
+    let (mut direction, mut beta, mut pdf): (Column3, Column3, _) = (zero, zero, zero[0]);
+    for i in (0..block.len).step_by(Vec4::WIDTH) {
+        let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
+        let (normal, geometric): (V3<Vec4>, _) = (get(&block.normal, i), get(&block.geometric, i));
+        let sample = diffuse::sample(get(&block.albedo, i), normal, geometric, u, v);
+        super::block::set(&mut direction, i, sample.direction);
+        super::block::set(&mut beta, i, get::<Vec4>(&block.beta, i).times(sample.weight));
+        sample.pdf.store(&mut pdf[i..]);
+    }
+    let len = block.len;
+    for (to, from) in [
+        (&mut next.ox, &block.origin[0]),
+        (&mut next.oy, &block.origin[1]),
+        (&mut next.oz, &block.origin[2]),
+        (&mut next.dx, &direction[0]),
+        (&mut next.dy, &direction[1]),
+        (&mut next.dz, &direction[2]),
+        (&mut next.beta_r, &beta[0]),
+        (&mut next.beta_g, &beta[1]),
+        (&mut next.beta_b, &beta[2]),
+    ] {
+        to[n..end].copy_from_slice(&from[..len]);
+    }
+    next.slot[n..end].copy_from_slice(&block.slot[..len]);
+    if context.features.has(Features::MIS) {
+        next.pdf[n..end].copy_from_slice(&pdf[..len]);
+    }
+    if context.features.has(Features::ROULETTE) {
+        next.roulette[n..end].copy_from_slice(&block.random[2][..len]);
+    }
+    end
+}

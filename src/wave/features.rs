@@ -1,0 +1,90 @@
+//! What a scene and its options ask of a wave: the reasons for which columns and kernels exist.
+
+use serde::Serialize;
+use std::ops::{BitOr, BitOrAssign};
+
+/// A set of requirements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features(u32);
+
+/// One requirement: its bit, its name and the sentence that explains it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Feature {
+    #[serde(skip)]
+    /// The set that holds just this one.
+    pub set: Features,
+    /// Short name.
+    pub name: &'static str,
+    /// Why something that requires it is there.
+    pub why: &'static str,
+}
+
+macro_rules! features {
+    ($($constant:ident = $bit:literal, $name:literal, $why:literal;)*) => {
+        impl Features {
+            /// No requirement: what every plan has.
+            pub const ALWAYS: Features = Features(0);
+            $(#[doc = concat!("`", $name, "`: ", $why, ".")] pub const $constant: Features = Features(1 << $bit);)*
+
+            /// Every requirement there is.
+            pub const ALL: &'static [Feature] =
+                &[$(Feature { set: Features::$constant, name: $name, why: $why },)*];
+        }
+    };
+}
+
+features! {
+    TRANSPORT = 0, "transport", "light is simulated, not only geometry shown";
+    SCATTER = 1, "scatter", "some surface scatters light that the depth limit lets through";
+    TRIANGLES = 2, "triangles", "the scene has triangles";
+    SPHERES = 3, "spheres", "the scene has spheres";
+    SMOOTH = 4, "smooth normals", "corner normals are interpolated";
+    CONTINUE = 5, "continuing rays", "paths go on beyond their first surface";
+    MIS = 6, "MIS", "light and BSDF samples share direct light by the power heuristic";
+    SHADOW = 7, "shadow rays", "direct light is sampled at each vertex";
+    HEMISPHERE = 8, "hemisphere sampling", "shadow rays must learn which emitter they hit";
+    ROULETTE = 9, "roulette", "paths may end before the depth limit";
+    AOVS = 10, "AOVs", "albedo, normal and depth of the first hit were asked for";
+    COST = 11, "traversal cost", "nodes visited are the picture";
+}
+
+impl Features {
+    /// Whether all of `required` is here.
+    pub fn has(self, required: Features) -> bool {
+        self.0 & required.0 == required.0
+    }
+
+    /// All of `self` that is not in `other`.
+    pub fn without(self, other: Features) -> Features {
+        Features(self.0 & !other.0)
+    }
+
+    /// `self` if `condition`, else nothing.
+    pub fn when(self, condition: bool) -> Features {
+        if condition { self } else { Features(0) }
+    }
+
+    /// The sentence for why something that requires `self` is there.
+    pub fn why(self) -> String {
+        let reasons: Vec<_> = Features::ALL.iter().filter(|f| self.has(f.set)).map(|f| f.why).collect();
+        if reasons.is_empty() { "every render needs it".into() } else { reasons.join("; ") }
+    }
+
+    /// Every set of features there could be: for tests of the plan.
+    pub fn every_set() -> impl Iterator<Item = Features> {
+        (0..1u32 << Features::ALL.len()).map(Features)
+    }
+}
+
+impl BitOr for Features {
+    type Output = Features;
+    fn bitor(self, other: Features) -> Features {
+        Features(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Features {
+    fn bitor_assign(&mut self, other: Features) {
+        self.0 |= other.0;
+    }
+}

@@ -1,0 +1,20 @@
+//! What a wave is asked to do: runs of samples of one pixel each.
+
+/// Successive samples of one pixel; they occupy successive slots of the wave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// Column of the frame.
+    pub x: u32,
+    /// Row of the frame.
+    pub y: u32,
+    /// `y · width + x`: seeds the random numbers.
+    pub pixel: u32,
+    /// First sample.
+    pub first: u32,
+    /// How many samples.
+    pub count: u32,
+    /// Which of the tiles at hand the pixel belongs to.
+    pub tile: u32,
+    /// Which pixel of that tile.
+    pub local: u32,
+}
