@@ -3,6 +3,8 @@
 pub mod atomic_file;
 pub mod convergence;
 pub mod exr_output;
+mod font;
+pub mod heatmap;
 pub mod output;
 pub mod picture;
 pub mod png_output;

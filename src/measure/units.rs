@@ -62,16 +62,14 @@ pub fn duration(time: Duration) -> String {
     }
 }
 
-/// A plain number of about three significant digits for a label: `0.0123`, `41`, `1.5k`, `2.05M`.
+/// A plain number of about three significant digits for a label: `0.0123`, `41.5`, `1.23k`, `2.05M`.
 ///
-/// Beyond 0.001 and 10¹⁵ it is `1.5e-7`; what is not finite prints as `NaN`, `inf` or `-inf`.
+/// Whole numbers below 100,000 are given in full; beyond 0.001 and 10¹⁵ it is `1.5e-7`; what is not finite prints as `NaN`, `inf` or `-inf`.
 pub fn short(number: f64) -> String {
     let size = number.abs();
-    if number == 0.0 {
-        return "0".into();
-    }
-    if !size.is_finite() {
-        return number.to_string();
+    if !size.is_finite() || (size < 1e5 && size.fract() == 0.0) {
+        // Adding zero turns -0 into 0.
+        return (number + 0.0).to_string();
     }
     if !(1e-3..1e15).contains(&size) {
         return format!("{number:.1e}");
@@ -180,8 +178,10 @@ mod tests {
             (0.012_34, "0.0123"),
             (0.999_9, "1"),
             (41.0, "41"),
-            (2048.0, "2.05k"),
-            (-1500.0, "-1.5k"),
+            (2048.0, "2048"),
+            (-0.0, "0"),
+            (-1500.5, "-1.5k"),
+            (123_456.0, "123k"),
             (999_999.0, "1M"),
             (1.5e-7, "1.5e-7"),
             (3e20, "3.0e20"),
