@@ -14,8 +14,8 @@ use crate::measure::units;
 /// the rate of roughly the last 15 seconds (indicatif's doubly smoothed exponential average), not from the average
 /// since the start: parts of a picture cost very different amounts, and a stalled task shows a growing time.
 ///
-/// Shared between threads by reference; an update costs two atomic operations, and a redraw happens at most a few
-/// times a second.
+/// Shared between threads by reference; an update costs a few atomic operations, and a thread of the bar's own redraws
+/// it twice a second.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
@@ -26,7 +26,7 @@ impl Progress {
     /// A bar for `total` units of work, titled `label`; a silent one unless `enabled`.
     pub fn new(label: &str, total: u64, enabled: bool) -> Self {
         let target = if enabled && std::io::stderr().is_terminal() {
-            ProgressDrawTarget::stderr_with_hz(5)
+            ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
@@ -69,14 +69,20 @@ fn style() -> ProgressStyle {
 
 /// Time since the start.
 fn spent(state: &ProgressState, out: &mut dyn std::fmt::Write) {
-    let _ = write!(out, "{}", units::duration(state.elapsed()));
+    let _ = write!(out, "{}", coarse(state.elapsed()));
 }
 
 /// Time left, once there is a rate to tell it from.
 fn left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
     if state.pos() > 0 && state.per_sec() > 0.0 {
-        let _ = write!(out, ", {} left", units::duration(state.eta()));
+        let _ = write!(out, ", {} left", coarse(state.eta()));
     }
+}
+
+/// Whole seconds below a minute: finer digits would only flicker.
+fn coarse(time: Duration) -> String {
+    let seconds = time.as_secs_f64().round();
+    if seconds < 60.0 { format!("{seconds} s") } else { units::duration(time) }
 }
 
 #[cfg(test)]
