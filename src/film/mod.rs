@@ -1,6 +1,12 @@
 //! Pixels: moments, convergence, output.
 
+pub mod atomic_file;
 pub mod convergence;
 pub mod develop;
+pub mod exr_output;
+mod font;
+pub mod heatmap;
+pub mod output;
 pub mod picture;
+pub mod png_output;
 pub mod tile;

@@ -1,1 +1,5 @@
 //! Counters and timers.
+
+pub mod memory;
+pub mod progress;
+pub mod units;
