@@ -7,3 +7,4 @@ pub mod import;
 pub mod measure;
 pub mod options;
 pub mod scene;
+pub mod simd;
