@@ -12,3 +12,4 @@ pub mod options;
 pub mod plan;
 pub mod sampling;
 pub mod scene;
+pub mod simd;

@@ -13,6 +13,20 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+impl Ray {
+    /// Whether the ray can hit anything: origin and direction finite, the direction not (nearly) zero, `t_max`
+    /// above 0. A ray that fails this misses everything, whatever the structure.
+    #[inline(always)]
+    pub fn is_traceable(&self) -> bool {
+        // Below this, reciprocals of the direction overflow.
+        const SHORTEST: f32 = 1.0 / (1u64 << 60) as f32;
+        self.origin.is_finite()
+            && self.direction.is_finite()
+            && self.direction.abs().max_element() >= SHORTEST
+            && self.t_max > 0.0
+    }
+}
+
 /// `prim` of a ray that hit nothing.
 pub const MISS: u32 = u32::MAX;
 

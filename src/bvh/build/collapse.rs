@@ -1,0 +1,160 @@
+//! From the binary tree to the cheapest four-wide one: the dynamic programme of Ylitie, Karras and Laine,
+//! "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs" (2017), §3.1, for width four.
+//!
+//! For each binary node and each `i`, it finds the cheapest way to represent the subtree by at most `i` children of
+//! some wide node: by one leaf, by one wide node, or by what the two halves need at best for `j` and `i − j`.
+
+use smallvec::SmallVec;
+
+use super::bvh2::Node2;
+use super::fragment::Fragment;
+use crate::bvh::child::MAX_LEAF_BLOCKS;
+
+/// Cost of visiting a wide node.
+pub const NODE_COST: f32 = 1.0;
+/// Cost of testing a leaf block.
+pub const BLOCK_COST: f32 = 1.0;
+
+/// Leaves wider than this many blocks are never tried.
+const MOST_BLOCKS: u32 = MAX_LEAF_BLOCKS;
+
+/// How to represent a subtree by at most one, two, three children.
+#[derive(Clone, Copy, Debug, Default)]
+struct Choice {
+    cost: [f32; 3],
+    /// For two and three: how many of them the left half gets; 0: use one fewer.
+    left: [u8; 3],
+    /// As a wide node: how many of its four children the left half gets.
+    inner_left: u8,
+    /// As one child: a leaf rather than a wide node.
+    leaf: bool,
+    /// Which kinds of primitives are below: 1 triangles, 2 spheres, 3 both.
+    kinds: u8,
+}
+
+/// The plan of the four-wide tree.
+#[derive(Debug)]
+pub struct Collapse {
+    choices: Vec<Choice>,
+}
+
+/// A child of a wide node, as it stands in the binary tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Binary node.
+    pub node: usize,
+    /// Its first fragment.
+    pub first: u32,
+}
+
+impl Collapse {
+    /// Plans, bottom-up. `triangles`: primitives below this are triangles; `scale` keeps areas finite.
+    pub fn plan(nodes: &[Node2], fragments: &[Fragment], triangles: u32, scale: f32) -> Collapse {
+        let mut choices = vec![Choice::default(); nodes.len()];
+        // Children follow their parents, so backwards is bottom-up, and leaves come in falling order of fragments.
+        let mut end = fragments.len();
+        for index in (0..nodes.len()).rev() {
+            let node = &nodes[index];
+            let area = node.aabb().half_area(scale);
+            let blocks = node.count.div_ceil(4);
+            let leaf_cost = area * blocks as f32 * BLOCK_COST;
+            choices[index] = match node.children(index) {
+                None => {
+                    end -= node.count as usize;
+                    let kinds = if fragments[end].prim < triangles { 1 } else { 2 };
+                    Choice { cost: [leaf_cost; 3], leaf: true, kinds, ..Choice::default() }
+                }
+                Some((left, right)) => {
+                    let (left, right) = (&choices[left], &choices[right]);
+                    let (four, inner_left) = distribute(left, right, 4);
+                    let (three, left_of_three) = distribute(left, right, 3);
+                    let two = left.cost[0] + right.cost[0];
+                    let kinds = left.kinds | right.kinds;
+                    let inner_cost = area * NODE_COST + four;
+                    let leaf = blocks <= MOST_BLOCKS && kinds != 3 && leaf_cost <= inner_cost;
+                    let mut choice = Choice {
+                        cost: [if leaf { leaf_cost } else { inner_cost }; 3],
+                        inner_left,
+                        leaf,
+                        kinds,
+                        ..Choice::default()
+                    };
+                    if two < choice.cost[0] {
+                        choice.cost[1..].fill(two);
+                        choice.left[1] = 1;
+                    }
+                    if three < choice.cost[1] {
+                        choice.cost[2] = three;
+                        choice.left[2] = left_of_three;
+                    }
+                    choice
+                }
+            };
+        }
+        Collapse { choices }
+    }
+
+    /// Whether the subtree is one leaf; otherwise it is a wide node.
+    pub fn is_leaf(&self, node: usize) -> bool {
+        self.choices[node].leaf
+    }
+
+    /// Whether spheres are below.
+    pub fn has_spheres(&self, node: usize) -> bool {
+        self.choices[node].kinds & 2 != 0
+    }
+
+    /// The children of a wide node.
+    pub fn children(&self, nodes: &[Node2], part: Part) -> SmallVec<[Part; 4]> {
+        let mut parts = SmallVec::new();
+        match nodes[part.node].children(part.node) {
+            // A tree of one leaf: the root is a wide node all the same.
+            None => parts.push(part),
+            Some(halves) => {
+                let left = self.choices[part.node].inner_left;
+                self.gather(nodes, part.first, halves, left, 4 - left, &mut parts);
+            }
+        }
+        parts
+    }
+
+    fn gather(
+        &self,
+        nodes: &[Node2],
+        first: u32,
+        (left, right): (usize, usize),
+        for_left: u8,
+        for_right: u8,
+        parts: &mut SmallVec<[Part; 4]>,
+    ) {
+        self.gather_one(nodes, Part { node: left, first }, for_left, parts);
+        self.gather_one(nodes, Part { node: right, first: first + nodes[left].count }, for_right, parts);
+    }
+
+    fn gather_one(&self, nodes: &[Node2], part: Part, mut most: u8, parts: &mut SmallVec<[Part; 4]>) {
+        let choice = &self.choices[part.node];
+        while most > 1 && choice.left[most as usize - 1] == 0 {
+            most -= 1;
+        }
+        match nodes[part.node].children(part.node) {
+            Some(halves) if most > 1 => {
+                let left = choice.left[most as usize - 1];
+                self.gather(nodes, part.first, halves, left, most - left, parts);
+            }
+            _ => parts.push(part),
+        }
+    }
+}
+
+/// The cheapest way to give `most` children to two halves: its cost, and how many go left.
+#[inline(always)]
+fn distribute(left: &Choice, right: &Choice, most: usize) -> (f32, u8) {
+    let mut best = (f32::INFINITY, 1);
+    for for_left in 1..most {
+        let cost = left.cost[for_left - 1] + right.cost[most - for_left - 1];
+        if cost < best.0 {
+            best = (cost, for_left as u8);
+        }
+    }
+    best
+}

@@ -1,0 +1,113 @@
+//! Writing the planned tree: nodes depth-first, leaf blocks in the order in which the nodes refer to them.
+
+use rayon::prelude::*;
+
+use super::bvh2::Node2;
+use super::collapse::{Collapse, Part};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::child::Child;
+use crate::bvh::node4::Node4;
+use crate::bvh::sphere4::Sphere4;
+use crate::bvh::tri4::Tri4;
+use crate::scene::shapes::Shapes;
+
+/// Up to four consecutive entries of the leaf order, for one leaf block.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    first: u32,
+    count: u32,
+}
+
+/// The tree without the contents of its leaves.
+#[derive(Debug, Default)]
+pub struct Skeleton {
+    /// Nodes; the root first.
+    pub nodes: Vec<Node4>,
+    /// What the triangle blocks will hold.
+    pub triangles: Vec<Block>,
+    /// What the sphere blocks will hold.
+    pub spheres: Vec<Block>,
+    /// Levels of nodes.
+    pub depth: u32,
+}
+
+impl Skeleton {
+    /// Lays out nodes and leaves.
+    pub fn new(nodes: &[Node2], plan: &Collapse) -> Skeleton {
+        let mut skeleton = Skeleton::default();
+        skeleton.emit(nodes, plan, Part { node: 0, first: 0 }, 1);
+        skeleton
+    }
+
+    /// Recursion is as deep as the tree, and so bounded.
+    fn emit(&mut self, nodes: &[Node2], plan: &Collapse, part: Part, depth: u32) -> Child {
+        self.depth = self.depth.max(depth);
+        let index = self.nodes.len();
+        self.nodes.push(Node4::new(&[]));
+        let mut parts = plan.children(nodes, part);
+        // Largest first: any-hit traversal takes the first child that the ray meets, and the largest box is the
+        // likeliest to hold an occluder (SATO, Nah and Manocha 2014).
+        let area = |part: &Part| nodes[part.node].aabb().half_area(1.0);
+        parts.sort_by(|a, b| area(b).total_cmp(&area(a)));
+        // Leaves before inner nodes: their blocks then lie together, next to those of the parent's other leaves.
+        let mut children: [(Child, Aabb); 4] = [(Child::EMPTY, Aabb::EMPTY); 4];
+        for leaves in [true, false] {
+            for (slot, part) in children.iter_mut().zip(&parts) {
+                let leaf = plan.is_leaf(part.node);
+                if leaf == leaves {
+                    let child =
+                        if leaf { self.leaf(nodes, plan, *part) } else { self.emit(nodes, plan, *part, depth + 1) };
+                    *slot = (child, nodes[part.node].aabb());
+                }
+            }
+        }
+        self.nodes[index] = Node4::new(&children[..parts.len()]);
+        Child::inner(index as u32)
+    }
+
+    fn leaf(&mut self, nodes: &[Node2], plan: &Collapse, part: Part) -> Child {
+        let spheres = plan.has_spheres(part.node);
+        let blocks = if spheres { &mut self.spheres } else { &mut self.triangles };
+        let first_block = blocks.len();
+        let end = part.first + nodes[part.node].count;
+        for first in (part.first..end).step_by(4) {
+            blocks.push(Block { first, count: (end - first).min(4) });
+        }
+        Child::leaf(first_block as u32, (blocks.len() - first_block) as u32, spheres)
+    }
+}
+
+/// Fills the triangle blocks. `order`: the primitives in the order of the leaves.
+pub fn triangle_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Vec<Tri4> {
+    blocks
+        .par_iter()
+        .map(|block| {
+            let mut tri4 = Tri4::EMPTY;
+            for (lane, &prim) in block.prims(order).iter().enumerate() {
+                tri4.set(lane, shapes.corners(prim), prim, shapes.geometry_of(prim));
+            }
+            tri4
+        })
+        .collect()
+}
+
+/// Fills the sphere blocks.
+pub fn sphere_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Vec<Sphere4> {
+    let first_sphere = shapes.triangles.len();
+    blocks
+        .iter()
+        .map(|block| {
+            let mut sphere4 = Sphere4::EMPTY;
+            for (lane, &prim) in block.prims(order).iter().enumerate() {
+                sphere4.set(lane, &shapes.spheres[prim as usize - first_sphere], prim, shapes.geometry_of(prim));
+            }
+            sphere4
+        })
+        .collect()
+}
+
+impl Block {
+    fn prims<'a>(&self, order: &'a [u32]) -> &'a [u32] {
+        &order[self.first as usize..][..self.count as usize]
+    }
+}

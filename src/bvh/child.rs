@@ -1,0 +1,99 @@
+//! References from a node to its children.
+
+/// What a child slot of a node points at, in 32 bits.
+///
+/// | bits | inner node | leaf |
+/// |---|---|---|
+/// | 31 | 0 | 1 |
+/// | 30 | – | 0 triangles, 1 spheres |
+/// | 27–29 | – | blocks, minus one |
+/// | rest | node index | index of the first block |
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+const LEAF: u32 = 1 << 31;
+const SPHERES: u32 = 1 << 30;
+const COUNT_SHIFT: u32 = 27;
+const INDEX: u32 = (1 << COUNT_SHIFT) - 1;
+
+/// Blocks that one leaf may hold.
+pub const MAX_LEAF_BLOCKS: u32 = 8;
+
+impl Child {
+    /// No child. Its box is empty too, so no ray ever follows it.
+    pub const EMPTY: Child = Child(u32::MAX);
+    /// The root.
+    pub const ROOT: Child = Child(0);
+    /// Node and block indices stay below this.
+    pub const MAX_INDEX: u32 = INDEX;
+
+    /// An inner node.
+    pub fn inner(node: u32) -> Child {
+        debug_assert!(node < INDEX);
+        Child(node)
+    }
+
+    /// A leaf of `blocks` blocks from `first`.
+    pub fn leaf(first: u32, blocks: u32, spheres: bool) -> Child {
+        debug_assert!(first < INDEX && (1..=MAX_LEAF_BLOCKS).contains(&blocks));
+        Child(LEAF | if spheres { SPHERES } else { 0 } | (blocks - 1) << COUNT_SHIFT | first)
+    }
+
+    /// The reference as stored on a traversal stack.
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The inverse of [`Child::bits`].
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Child {
+        Child(bits)
+    }
+
+    /// Whether it is a leaf; otherwise it is an inner node.
+    #[inline(always)]
+    pub fn is_leaf(self) -> bool {
+        self.0 & LEAF != 0
+    }
+
+    /// Whether this leaf holds spheres; otherwise it holds triangles.
+    #[inline(always)]
+    pub fn is_spheres(self) -> bool {
+        self.0 & SPHERES != 0
+    }
+
+    /// Index of the node, for inner nodes.
+    #[inline(always)]
+    pub fn node(self) -> usize {
+        self.0 as usize
+    }
+
+    /// The blocks of a leaf.
+    #[inline(always)]
+    pub fn blocks(self) -> std::ops::Range<usize> {
+        let first = (self.0 & INDEX) as usize;
+        first..first + ((self.0 >> COUNT_SHIFT & (MAX_LEAF_BLOCKS - 1)) + 1) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_keep_their_parts() {
+        for spheres in [false, true] {
+            for blocks in 1..=MAX_LEAF_BLOCKS {
+                let child = Child::leaf(12_345_678, blocks, spheres);
+                assert!(child.is_leaf());
+                assert_eq!(child.is_spheres(), spheres);
+                assert_eq!(child.blocks(), 12_345_678..12_345_678 + blocks as usize);
+                assert_ne!(child, Child::EMPTY);
+            }
+        }
+        assert!(!Child::inner(7).is_leaf());
+        assert_eq!(Child::inner(7).node(), 7);
+    }
+}

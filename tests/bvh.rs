@@ -1,0 +1,383 @@
+//! The tree agrees with the oracle, and with itself for every tier and number of threads.
+
+use comber::bvh::ray::{Hit, MISS, Ray};
+use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, TraversalCounts};
+use comber::options;
+use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
+use comber::simd::Tier;
+use glam::Vec3;
+use proptest::prelude::*;
+
+/// PCG-XSH-RR: the tests' own random numbers.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (((self.0 >> 18) ^ self.0) >> 27).rotate_right((self.0 >> 59) as u32) as u32
+    }
+
+    /// In [−1, 1).
+    fn signed(&mut self) -> f32 {
+        self.next() as i32 as f32 / (1u32 << 31) as f32
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+
+    fn below(&mut self, n: u32) -> u32 {
+        self.next() % n
+    }
+}
+
+/// Rays in columns, and the hits of each.
+struct Batch {
+    columns: [Vec<f32>; 6],
+    t_max: Vec<f32>,
+}
+
+impl Batch {
+    fn new(rays: &[Ray]) -> Batch {
+        let column = |f: &dyn Fn(&Ray) -> f32| rays.iter().map(f).collect::<Vec<f32>>();
+        Batch {
+            columns: [
+                column(&|r| r.origin.x),
+                column(&|r| r.origin.y),
+                column(&|r| r.origin.z),
+                column(&|r| r.direction.x),
+                column(&|r| r.direction.y),
+                column(&|r| r.direction.z),
+            ],
+            t_max: column(&|r| r.t_max),
+        }
+    }
+
+    fn rays(&self) -> RayColumns<'_> {
+        let [ox, oy, oz, dx, dy, dz] = &self.columns;
+        RayColumns { ox, oy, oz, dx, dy, dz, t_max: Some(&self.t_max) }
+    }
+
+    fn closest(&self, accel: &Accel, tier: Tier, counted: bool) -> (Vec<Hit>, TraversalCounts) {
+        let n = self.t_max.len();
+        let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        let (mut prim, mut geom) = (vec![0; n], vec![0; n]);
+        let hits = HitColumnsMut { t: &mut t, u: &mut u, v: &mut v, prim: &mut prim, geom: &mut geom };
+        let counts = if counted {
+            accel.closest_hits_counted(tier, self.rays(), hits)
+        } else {
+            accel.closest_hits(tier, self.rays(), hits)
+        };
+        let hit = |i: usize| Hit { t: t[i], u: u[i], v: v[i], prim: prim[i], geom: geom[i] };
+        ((0..n).map(hit).collect(), counts)
+    }
+
+    fn any(&self, accel: &Accel, tier: Tier) -> Vec<bool> {
+        let mut occluded = vec![false; self.t_max.len()];
+        accel.any_hits(tier, self.rays(), &mut occluded);
+        occluded
+    }
+}
+
+/// Shapes of three geometries, so that geometry numbers are tested too.
+fn shapes(triangles: Vec<[Vec3; 3]>, spheres: Vec<Sphere>) -> Shapes {
+    let prims = (triangles.len() + spheres.len()) as u32;
+    let third = prims / 3;
+    let geometry = |first_prim: u32, end: u32| Geometry {
+        name: String::new(),
+        first_prim,
+        prim_count: end - first_prim,
+        material: 0,
+        light: NO_LIGHT,
+    };
+    Shapes {
+        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        positions: triangles.into_iter().flatten().collect(),
+        spheres,
+        geometries: vec![geometry(0, third), geometry(third, 2 * third), geometry(2 * third, prims)],
+        ..Shapes::default()
+    }
+}
+
+/// Triangles of every unpleasant kind, and spheres.
+fn soup(random: &mut Random, triangles: usize, spheres: usize) -> Shapes {
+    let mut corners: Vec<[Vec3; 3]> = Vec::new();
+    while corners.len() < triangles {
+        let center = random.vector();
+        corners.push(match random.below(8) {
+            // Small, large, sliver, degenerate.
+            0..=2 => [(); 3].map(|()| center + 0.1 * random.vector()),
+            3 => [(); 3].map(|()| 2.0 * random.vector()),
+            4 => {
+                let along = random.vector();
+                [center, center + along, center + along * 0.5 + 1e-5 * random.vector()]
+            }
+            5 => [center, center, center + random.vector()],
+            // In a plane shared by many, on a grid, so that edges and corners coincide.
+            6 => {
+                let axis = random.below(3) as usize;
+                [(); 3].map(|()| {
+                    let mut corner = (random.vector() * 4.0).round() / 4.0;
+                    corner[axis] = 0.25;
+                    corner
+                })
+            }
+            // A copy of an earlier one.
+            _ => match corners.len() as u32 {
+                0 => continue,
+                n => corners[random.below(n) as usize],
+            },
+        });
+    }
+    let sphere = |_| Sphere { center: random.vector(), radius: 0.001 + 0.1 * random.signed().abs() };
+    shapes(corners, (0..spheres).map(sphere).collect())
+}
+
+/// Rays of every unpleasant kind.
+fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
+    let ray = |_| {
+        let mut origin = 1.5 * random.vector();
+        let mut direction = random.vector();
+        match random.below(8) {
+            0 => direction[random.below(3) as usize] = 0.0,
+            // Along an axis, in the shared plane.
+            1 => {
+                direction = Vec3::ZERO;
+                let axis = random.below(3) as usize;
+                direction[axis] = if random.below(2) == 0 { -1.0 } else { 1.0 };
+                origin = (origin * 4.0).round() / 4.0;
+            }
+            // Exactly at a vertex.
+            2 if !shapes.positions.is_empty() => {
+                direction = shapes.positions[random.below(shapes.positions.len() as u32) as usize] - origin;
+            }
+            3 => direction *= 1e-6,
+            4 => direction *= 1e6,
+            _ => {}
+        }
+        let t_max = if random.below(3) == 0 { random.signed().abs() * 2.0 } else { f32::INFINITY };
+        Ray { origin, direction, t_max }
+    };
+    (0..count).map(ray).collect()
+}
+
+fn both(shapes: &Shapes) -> (Accel, Accel) {
+    let build = |kind| Accel::build(shapes, kind).unwrap();
+    (build(options::Accel::Bvh), build(options::Accel::Brute))
+}
+
+/// Every way to ask gives the same bits as the oracle.
+fn assert_agree(shapes: &Shapes, rays: &[Ray]) {
+    let (bvh, brute) = both(shapes);
+    let batch = Batch::new(rays);
+    let (expected, _) = batch.closest(&brute, Tier::Baseline, false);
+    for tier in Tier::available() {
+        for counted in [false, true] {
+            let (hits, counts) = batch.closest(&bvh, tier, counted);
+            for ((hit, expected), ray) in hits.iter().zip(&expected).zip(rays) {
+                assert_eq!(hit, expected, "{ray:?} {}", tier.name());
+            }
+            assert_eq!(counts.rays, rays.len() as u64);
+            assert_eq!(counts.node_visits > 0, counted);
+        }
+        for ((occluded, expected), ray) in batch.any(&bvh, tier).into_iter().zip(&expected).zip(rays) {
+            assert_eq!(occluded, expected.is_some(), "{ray:?} {}", tier.name());
+        }
+    }
+    let mut counts = TraversalCounts::default();
+    for (ray, expected) in rays.iter().zip(&expected) {
+        assert_eq!(bvh.closest_hit(ray, &mut counts), *expected);
+        assert_eq!(bvh.any_hit(ray, &mut counts), expected.is_some());
+        if expected.is_some() {
+            assert_eq!(expected.geom, shapes.geometry_of(expected.prim));
+        }
+    }
+}
+
+#[test]
+fn soups_agree_with_the_oracle() {
+    for (seed, triangles, spheres) in [(1, 3000, 0), (2, 2000, 500), (3, 0, 400), (4, 7, 2), (5, 300, 3)] {
+        let mut random = Random(seed);
+        let shapes = soup(&mut random, triangles, spheres);
+        let rays = rays(&mut random, &shapes, 4000);
+        assert_agree(&shapes, &rays);
+    }
+}
+
+#[test]
+fn scale_does_not_matter() {
+    for scale in [1e-12, 1e-6, 1e6, 1e12] {
+        let mut random = Random(11);
+        let mut shapes = soup(&mut random, 500, 100);
+        let mut rays = rays(&mut random, &shapes, 2000);
+        shapes.positions.iter_mut().for_each(|p| *p *= scale);
+        shapes.spheres.iter_mut().for_each(|s| *s = Sphere { center: s.center * scale, radius: s.radius * scale });
+        rays.iter_mut().for_each(|ray| ray.origin *= scale);
+        assert_agree(&shapes, &rays);
+    }
+}
+
+#[test]
+fn far_from_the_origin() {
+    for offset in [1e3, 1e7] {
+        let mut random = Random(12);
+        let mut shapes = soup(&mut random, 500, 100);
+        let mut rays = rays(&mut random, &shapes, 2000);
+        let offset = Vec3::new(offset, -0.5 * offset, 0.25 * offset);
+        shapes.positions.iter_mut().for_each(|p| *p += offset);
+        shapes.spheres.iter_mut().for_each(|s| s.center += offset);
+        rays.iter_mut().for_each(|ray| ray.origin += offset);
+        assert_agree(&shapes, &rays);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..Default::default() })]
+    #[test]
+    fn random_soups_agree(seed: u64, triangles in 0usize..80, spheres in 0usize..12) {
+        let mut random = Random(seed);
+        let shapes = soup(&mut random, triangles, spheres.max(usize::from(triangles == 0)));
+        let rays = rays(&mut random, &shapes, 200);
+        assert_agree(&shapes, &rays);
+    }
+}
+
+#[test]
+fn nothing_to_hit() {
+    let shapes = Shapes::default();
+    let rays = rays(&mut Random(1), &shapes, 100);
+    for accel in <[Accel; 2]>::from(both(&shapes)) {
+        for tier in Tier::available() {
+            let batch = Batch::new(&rays);
+            assert!(batch.closest(&accel, tier, true).0.iter().all(|hit| *hit == Hit::NONE));
+            assert!(batch.any(&accel, tier).iter().all(|occluded| !occluded));
+        }
+        assert!(accel.bounds().is_empty());
+        assert!(accel.boxes_at_depth(0).is_empty());
+    }
+}
+
+#[test]
+fn one_primitive() {
+    let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let (accel, _) = both(&shapes(vec![triangle], vec![]));
+    let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
+    let mut counts = TraversalCounts::default();
+    let hit = accel.closest_hit(&ray, &mut counts);
+    assert_eq!((hit.t, hit.u, hit.v, hit.prim), (1.0, 0.25, 0.25, 0));
+    assert_eq!(counts, TraversalCounts { rays: 1, node_visits: 1, leaf_visits: 1, primitive_tests: 1 });
+    // t_max is inclusive.
+    assert!(accel.any_hit(&Ray { t_max: 1.0, ..ray }, &mut counts));
+    assert!(!accel.any_hit(&Ray { t_max: 1f32.next_down(), ..ray }, &mut counts));
+    // A ray that starts on it does not hit it.
+    assert!(!accel.any_hit(&Ray { origin: ray.origin.with_z(0.0), ..ray }, &mut counts));
+    assert_eq!(accel.bounds().max, Vec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn untraceable_rays_end_and_miss() {
+    let mut random = Random(3);
+    let shapes = soup(&mut random, 200, 20);
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let good = Ray { origin: Vec3::ZERO, direction: Vec3::ONE, t_max: f32::INFINITY };
+    let mut rays = vec![
+        Ray { direction: Vec3::ZERO, ..good },
+        Ray { direction: Vec3::splat(-0.0), ..good },
+        Ray { direction: Vec3::splat(1e-42), ..good },
+        Ray { t_max: f32::NAN, ..good },
+        Ray { t_max: 0.0, ..good },
+        Ray { t_max: -1.0, ..good },
+    ];
+    for axis in 0..3 {
+        for value in bad {
+            let (mut origin, mut direction) = (Vec3::ZERO, Vec3::ONE);
+            origin[axis] = value;
+            direction[axis] = value;
+            rays.push(Ray { origin, ..good });
+            rays.push(Ray { direction, ..good });
+        }
+    }
+    let batch = Batch::new(&rays);
+    for accel in <[Accel; 2]>::from(both(&shapes)) {
+        for tier in Tier::available() {
+            assert!(batch.closest(&accel, tier, false).0.iter().all(|hit| hit.prim == MISS && hit.geom == MISS));
+            assert!(batch.any(&accel, tier).iter().all(|occluded| !occluded));
+        }
+    }
+}
+
+#[test]
+fn extreme_rays_end() {
+    let mut random = Random(4);
+    let shapes = soup(&mut random, 500, 50);
+    let (accel, _) = both(&shapes);
+    let extremes = [0.0, -0.0, 1e-45, 1e-38, 1e-18, 1.0, 1e18, f32::MAX, -f32::MAX];
+    let mut pick = || extremes[random.below(extremes.len() as u32) as usize];
+    let mut vector = || Vec3::new(pick(), pick(), pick());
+    let rays: Vec<Ray> =
+        (0..5000).map(|_| Ray { origin: vector(), direction: vector(), t_max: f32::INFINITY }).collect();
+    for tier in Tier::available() {
+        Batch::new(&rays).closest(&accel, tier, false);
+        Batch::new(&rays).any(&accel, tier);
+    }
+}
+
+#[test]
+fn a_million_coincident_triangles() {
+    let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let shapes = shapes(vec![triangle; 1_000_000], vec![]);
+    let accel = Accel::build(&shapes, options::Accel::Bvh).unwrap();
+    assert!(accel.stats().depth < 30, "depth {}", accel.stats().depth);
+    let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
+    // Of equal hits, the smallest primitive.
+    assert_eq!(accel.closest_hit(&ray, &mut TraversalCounts::default()).prim, 0);
+}
+
+#[test]
+fn sizes_in_geometric_progression_do_not_make_deep_trees() {
+    let triangle = |i: i32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| (corner + Vec3::X) * 0.9f32.powi(i));
+    let shapes = shapes((0..900).map(triangle).collect(), vec![]);
+    let accel = Accel::build(&shapes, options::Accel::Bvh).unwrap();
+    assert!(accel.stats().depth <= 80, "depth {}", accel.stats().depth);
+    let rays = rays(&mut Random(6), &shapes, 2000);
+    assert_agree(&shapes, &rays);
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_the_tree() {
+    let shapes = soup(&mut Random(7), 200_000, 20_000);
+    let build = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Bvh4::build(&shapes).unwrap().fingerprint())
+    };
+    let one = build(1);
+    assert_eq!(one, build(2));
+    assert_eq!(one, build(5));
+}
+
+#[test]
+fn levels_nest() {
+    let (accel, _) = both(&soup(&mut Random(8), 1000, 0));
+    let stats = accel.stats();
+    assert_eq!(accel.boxes_at_depth(0), [accel.bounds()]);
+    for depth in 1..=stats.depth {
+        let boxes = accel.boxes_at_depth(depth);
+        assert!(!boxes.is_empty() && boxes.iter().all(|aabb| !aabb.is_empty()));
+    }
+    assert!(accel.boxes_at_depth(stats.depth + 1).is_empty());
+}
+
+#[test]
+fn cost_columns_count_nodes() {
+    let mut random = Random(9);
+    let shapes = soup(&mut random, 1000, 10);
+    let rays = rays(&mut random, &shapes, 500);
+    let (accel, _) = both(&shapes);
+    let batch = Batch::new(&rays);
+    for tier in Tier::available() {
+        let mut visits = vec![0; rays.len()];
+        accel.cost_columns(tier, batch.rays(), &mut visits);
+        let (_, counts) = batch.closest(&accel, tier, true);
+        assert_eq!(visits.iter().map(|&n| u64::from(n)).sum::<u64>(), counts.node_visits);
+    }
+}
