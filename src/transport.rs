@@ -56,7 +56,13 @@ impl Transport {
             if total > 0.0 { f64::from(light.power()) / total } else { 1.0 / lights.len() as f64 }
         };
         let mut sum = 0.0;
-        let power_cdf = lights.iter().map(|l| { sum += fraction(l); sum as f32 }).collect();
+        let power_cdf = lights
+            .iter()
+            .map(|l| {
+                sum += fraction(l);
+                sum as f32
+            })
+            .collect();
         let rate = |light: &Light| {
             if each { options.light_samples as f32 } else { (f64::from(shadow_samples) * fraction(light)) as f32 }
         };
@@ -164,7 +170,12 @@ pub fn hemisphere_sample<F: Lanes>(
 
 /// Emission towards a ray: the light that was hit and the cosine at it; `None` for surfaces that do not emit, or not on this side.
 #[inline(always)]
-pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>) -> Option<(usize, &'a Light, f32)> {
+pub fn emission<'a>(
+    scene: &'a Scene,
+    hit: &Hit,
+    origin: V3<f32>,
+    direction: V3<f32>,
+) -> Option<(usize, &'a Light, f32)> {
     let geometry = scene.shapes.geometries.get(hit.geom as usize)?;
     if geometry.light == NO_LIGHT {
         return None;

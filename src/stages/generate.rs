@@ -79,12 +79,7 @@ impl Kernel for Generate<'_, '_> {
             }
             n += span.count as usize;
         }
-        jitter(
-            &samples.pixel[..n],
-            &samples.index[..n],
-            self.context.seed,
-            [&mut paths.dx[..n], &mut paths.dy[..n]],
-        );
+        jitter(&samples.pixel[..n], &samples.index[..n], self.context.seed, [&mut paths.dx[..n], &mut paths.dy[..n]]);
         let lens = self.context.lens;
         for i in (0..n).step_by(Vec4::WIDTH) {
             let (x, y) = (Vec4::load(&paths.dx[i..]), Vec4::load(&paths.dy[i..]));

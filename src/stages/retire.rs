@@ -42,7 +42,8 @@ pub fn run(spans: &[Span], samples: &Samples, tiles: &mut [Tile]) {
     for span in spans {
         let tile = &mut tiles[span.tile as usize];
         for _ in 0..span.count {
-            let mut sample = Sample { radiance: [samples.r[slot], samples.g[slot], samples.b[slot]], ..Sample::default() };
+            let mut sample =
+                Sample { radiance: [samples.r[slot], samples.g[slot], samples.b[slot]], ..Sample::default() };
             if aovs {
                 sample.albedo = [samples.albedo_r[slot], samples.albedo_g[slot], samples.albedo_b[slot]];
                 sample.normal = [samples.normal_x[slot], samples.normal_y[slot], samples.normal_z[slot]];

@@ -55,11 +55,9 @@ pub fn run(context: &Context, depth: u32, n: usize, next: &Paths, paths: &mut Pa
         }
     }
     gather(&mut paths.slot[..live], &next.slot, survivors);
-    for (to, from) in [
-        (&mut paths.beta_r, &next.beta_r),
-        (&mut paths.beta_g, &next.beta_g),
-        (&mut paths.beta_b, &next.beta_b),
-    ] {
+    for (to, from) in
+        [(&mut paths.beta_r, &next.beta_r), (&mut paths.beta_g, &next.beta_g), (&mut paths.beta_b, &next.beta_b)]
+    {
         gather(&mut to[..live], from, survivors);
         if random {
             to[..live].iter_mut().zip(scales).for_each(|(b, s)| *b *= s);

@@ -11,8 +11,8 @@
 //! Light sampling asks for any hit before the light. Hemisphere sampling asks for the closest hit and whether it emits.
 
 use super::{Context, Stage};
-use crate::transport::emission;
 use crate::sampling::lanes::V3;
+use crate::transport::emission;
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;
 use crate::wave::samples::Samples;

@@ -9,10 +9,12 @@
 //! | cost | 24 bytes read, 20 written a row; nodes and leaves besides |
 
 use super::{Context, Stage};
-use crate::bvh::columns::TraversalCounts;
+use crate::bvh::TraversalCounts;
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
+use crate::wave::samples::Samples;
+use bumpalo::Bump;
 
 /// Its facts.
 pub const STAGE: Stage = Stage {
@@ -32,4 +34,14 @@ pub const STAGE: Stage = Stage {
 /// Traces the first `n` paths.
 pub fn run(context: &Context, n: usize, paths: &Paths, hits: &mut Hits) -> TraversalCounts {
     context.accel.closest_hits(context.tier, paths.rays(n), hits.columns_mut(n))
+}
+
+/// Counts the nodes that the first `n` camera rays visit, and makes the counts their samples' radiance.
+pub fn count(context: &Context, n: usize, paths: &Paths, samples: &mut Samples, scratch: &Bump) {
+    let visits = scratch.alloc_slice_fill_copy(n, 0u32);
+    context.accel.cost_columns(context.tier, paths.rays(n), visits);
+    for (row, &visits) in visits.iter().enumerate() {
+        let slot = paths.slot[row] as usize;
+        (samples.r[slot], samples.g[slot], samples.b[slot]) = (visits as f32, visits as f32, visits as f32);
+    }
 }

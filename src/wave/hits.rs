@@ -22,8 +22,8 @@ columns! {
 
 impl Hits {
     /// The first `n` rows, to be written.
-    pub fn columns_mut(&mut self, n: usize) -> crate::bvh::columns::HitColumnsMut<'_> {
-        crate::bvh::columns::HitColumnsMut {
+    pub fn columns_mut(&mut self, n: usize) -> crate::bvh::HitColumnsMut<'_> {
+        crate::bvh::HitColumnsMut {
             t: &mut self.t[..n],
             u: &mut self.u[..n],
             v: &mut self.v[..n],

@@ -35,8 +35,8 @@ columns! {
 
 impl Paths {
     /// The first `n` rays.
-    pub fn rays(&self, n: usize) -> crate::bvh::columns::RayColumns<'_> {
-        crate::bvh::columns::RayColumns {
+    pub fn rays(&self, n: usize) -> crate::bvh::RayColumns<'_> {
+        crate::bvh::RayColumns {
             ox: &self.ox[..n],
             oy: &self.oy[..n],
             oz: &self.oz[..n],

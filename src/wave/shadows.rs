@@ -33,8 +33,8 @@ columns! {
 
 impl Shadows {
     /// The first `n` rays.
-    pub fn rays(&self, n: usize) -> crate::bvh::columns::RayColumns<'_> {
-        crate::bvh::columns::RayColumns {
+    pub fn rays(&self, n: usize) -> crate::bvh::RayColumns<'_> {
+        crate::bvh::RayColumns {
             ox: &self.ox[..n],
             oy: &self.oy[..n],
             oz: &self.oz[..n],
