@@ -88,7 +88,7 @@ impl<'a> Document<'a> {
     pub fn required_attribute(&self, node: Node<'a>, name: &str) -> Result<&'a str> {
         node.attribute(name).ok_or_else(|| {
             let what = format!("<{}> without the attribute {name}", clip(node.tag_name().name()));
-            self.error(node, what)
+            self.expected(node, what, "that attribute")
         })
     }
 
@@ -128,11 +128,6 @@ impl<'a> Document<'a> {
     /// The line an element starts on, as a place.
     pub fn at(&self, node: Node<'a>) -> At {
         At::Line(self.line(node))
-    }
-
-    /// An error at an element.
-    pub fn error(&self, node: Node<'a>, what: impl Into<String>) -> Error {
-        Error::import(self.path, self.lines.line_column(node.range().start), what)
     }
 
     /// An error at an element that says what was expected there.
