@@ -1,3 +1,38 @@
-//! Scene files in, [`SceneDescription`](crate::scene::description::SceneDescription)s out, or a located error.
+//! Scene files in, [`SceneDescription`]s out, or a located error.
 
+pub mod bytes;
 pub mod dae;
+mod lines;
+pub mod number;
+pub mod ply;
+pub mod polygon;
+
+use crate::error::{At, Error, Result};
+use crate::scene::description::{MaterialDescription, SceneDescription, Surface};
+use glam::Vec3;
+use std::path::Path;
+
+/// Reads a scene file; its extension, in any case, says how.
+pub fn load(path: &Path) -> Result<SceneDescription> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let parse = match extension.as_str() {
+        "dae" => dae::parse,
+        "ply" => ply::parse,
+        _ => {
+            let path = path.display();
+            return Err(Error::Options(format!("{path}: unknown kind of scene file; expected .dae, .obj or .ply")));
+        }
+    };
+    parse(path, &bytes::read(path)?)
+}
+
+/// What to call a scene: the file's name, without its folders.
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The material of a mesh that states none.
+fn default_material() -> MaterialDescription {
+    let surface = Surface::Diffuse { albedo: Vec3::splat(0.5) };
+    MaterialDescription { name: "default".into(), at: At::File, surface, emission: Vec3::ZERO }
+}
