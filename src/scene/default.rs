@@ -5,9 +5,7 @@
 
 use crate::error::{At, Error, Note, Result};
 use crate::scene::camera::Camera;
-use crate::scene::description::{
-    AreaLightDescription, MaterialDescription, SceneDescription, SphereDescription, Surface,
-};
+use crate::scene::description::{AreaLightDescription, MaterialDescription, SphereDescription, Surface};
 use crate::scene::procedural::generate;
 use crate::scene::stage::{Room, Staged, add_room};
 use glam::{DQuat, DVec3, EulerRot, Vec3};

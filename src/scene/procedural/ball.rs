@@ -88,7 +88,7 @@ impl Ball {
         let (first, size) = (self.first_vertex[ring], self.ring_size(ring));
         let i = owner - first;
         let next = first + (i + 1) % size;
-        if index % 2 == 0 {
+        if index.is_multiple_of(2) {
             let apex = match ring {
                 0 => 0,
                 _ => {
@@ -113,13 +113,13 @@ impl Ball {
 /// How many edges of a ring of `other` have their middle at a smaller angle than edge `i` of a ring of `size`.
 fn edges_before(i: u32, size: u32, other: u32) -> u32 {
     let (i, size, other) = (u64::from(i), u64::from(size), u64::from(other));
-    ((((2 * i + 1) * other - 1) / size + 1) / 2) as u32
+    (((2 * i + 1) * other - 1) / size).div_ceil(2) as u32
 }
 
 /// As [`edges_before`], or at the same angle: of two rings, the upper one's edge comes first.
 fn edges_before_or_with(i: u32, size: u32, other: u32) -> u32 {
     let (i, size, other) = (u64::from(i), u64::from(size), u64::from(other));
-    (((2 * i + 1) * other / size + 1) / 2) as u32
+    ((2 * i + 1) * other / size).div_ceil(2) as u32
 }
 
 #[cfg(test)]

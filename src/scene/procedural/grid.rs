@@ -58,7 +58,7 @@ impl Grid {
             .map(|index| {
                 let (column, row) = (index / 2 % self.columns, index / 2 / self.columns);
                 let at = |right: u32, up: u32| (column + right) % width + (row + up) % height * width;
-                if index % 2 == 0 { [at(0, 0), at(1, 0), at(1, 1)] } else { [at(0, 0), at(1, 1), at(0, 1)] }
+                if index.is_multiple_of(2) { [at(0, 0), at(1, 0), at(1, 1)] } else { [at(0, 0), at(1, 1), at(0, 1)] }
             })
             .collect_into_vec(&mut triangles);
         triangles

@@ -42,14 +42,14 @@ pub(super) fn build(description: &mut SceneDescription, min: DVec3, max: DVec3) 
     let camera = frame_box(min, max, view, DVec3::Y, YFOV)?;
 
     description.meshes.push(backdrop(right, front, description.materials.len() as u32));
-    description.materials.push(diffuse("backdrop", Vec3::new(0.72, 0.71, 0.69)));
+    description.materials.push(diffuse("backdrop", Vec3::new(0.62, 0.61, 0.59)));
     let center = (min + max) * 0.5;
     let lamp = |name, place: DVec3, side: f64, exposure: f64, tint: Vec3| {
         let radiance = tint * radiance_for(exposure, side, place.length()) as f32;
         softbox(name, center + right * place.x + DVec3::Y * place.y + front * place.z, center, side, radiance)
     };
     description.area_lights.extend([
-        lamp("key light", DVec3::new(-2.2, 2.6, 2.0), 2.2, 0.9, Vec3::new(1.0, 0.95, 0.88)),
+        lamp("key light", DVec3::new(-2.2, 2.6, 2.0), 2.2, 0.75, Vec3::new(1.0, 0.95, 0.88)),
         lamp("fill light", DVec3::new(3.4, 1.2, 2.4), 2.6, 0.16, Vec3::new(0.86, 0.93, 1.0)),
         lamp("rim light", DVec3::new(1.3, 3.0, -1.5), 1.2, 0.5, Vec3::ONE),
     ]);
