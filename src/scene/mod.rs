@@ -1,10 +1,16 @@
 //! The scene as component tables: shapes, materials, lights, a camera.
 
+pub mod bounds;
 pub mod build;
 pub mod camera;
+pub mod default;
 pub mod description;
+pub mod procedural;
+pub mod settings;
 pub mod shapes;
+pub mod stage;
 pub mod surface;
+pub mod viewpoint;
 
 use crate::error::Note;
 use crate::light::Light;
