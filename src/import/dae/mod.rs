@@ -12,9 +12,11 @@
 //! The reader trusts nothing: sizes stated in the file never allocate, the walk is iterative, and nesting, instancing
 //! and polygon splitting have limits with messages of their own.
 
+mod bindings;
 mod camera;
 mod document;
 mod geometry;
+mod instance;
 mod lamps;
 mod lights;
 mod lines;

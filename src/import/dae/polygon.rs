@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
 /// Most point-in-triangle tests for one document: a few seconds' worth, far above what real polygons need.
-const MAX_TESTS: u64 = 1 << 31;
+const MAX_TESTS: u64 = 1 << 29;
 
 /// Deviation from a straight edge, relative to the polygon's area, that does not make a corner reflex.
 const STRAIGHT: f64 = 1e-10;

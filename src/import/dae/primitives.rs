@@ -143,7 +143,11 @@ type Corner = (u32, u32);
 struct Builder<'d, 'a> {
     document: &'d Document<'a>,
     inputs: Inputs<'a>,
-    vertices: HashMap<Corner, u32>,
+    /// For each position the normal it first came with, and that vertex: in most meshes all there is. Empty where
+    /// the element is too small for a table of its positions, lest many small ones share a large source.
+    first: Vec<Option<(u32, u32)>>,
+    /// The vertices of all other corners.
+    others: HashMap<Corner, u32>,
     primitive: Primitive<'a>,
     /// Reused from polygon to polygon.
     split: Vec<[u32; 3]>,
@@ -160,7 +164,9 @@ impl<'d, 'a> Builder<'d, 'a> {
             triangles: Vec::new(),
             degenerate: 0,
         };
-        Builder { document, inputs, vertices: HashMap::new(), primitive, split: Vec::new() }
+        let positions = inputs.positions.as_ref().map_or(0, |(_, positions)| positions.count);
+        let first = if positions <= element.range().len() { vec![None; positions] } else { Vec::new() };
+        Builder { document, inputs, first, others: HashMap::new(), primitive, split: Vec::new() }
     }
 
     /// The corners of a `<p>`, all indices checked.
@@ -227,17 +233,24 @@ impl<'d, 'a> Builder<'d, 'a> {
         self.primitive.triangles.push(triangle);
     }
 
+    /// The vertex of a corner, made at its first use.
     fn vertex(&mut self, corner: Corner) -> u32 {
-        let primitive = &mut self.primitive;
         // Positions never outnumber the 32-bit offsets of the text they come from.
-        let fresh = primitive.positions.len() as u32;
-        let vertex = *self.vertices.entry(corner).or_insert(fresh);
+        let fresh = self.primitive.positions.len() as u32;
+        let vertex = match self.first.get_mut(corner.0 as usize) {
+            Some(first @ None) => {
+                *first = Some((corner.1, fresh));
+                fresh
+            }
+            Some(Some((normal, vertex))) if *normal == corner.1 => *vertex,
+            _ => *self.others.entry(corner).or_insert(fresh),
+        };
         if vertex == fresh {
             if let Some((_, positions)) = &self.inputs.positions {
-                primitive.positions.push(positions.get(corner.0 as usize));
+                self.primitive.positions.push(positions.get(corner.0 as usize));
             }
             if let Some((_, normals)) = &self.inputs.normals {
-                primitive.normals.push(normals.get(corner.1 as usize));
+                self.primitive.normals.push(normals.get(corner.1 as usize));
             }
         }
         vertex

@@ -1,19 +1,19 @@
 //! The walk over the visual scene: every instance, placed in the world.
 
+use super::bindings::Bindings;
 use super::camera;
-use super::document::{Document, Node, clip};
-use super::geometry::{Geometries, Geometry, Primitive};
+use super::document::{Document, Node};
+use super::geometry::{Geometry, Primitive};
+use super::instance::Instance;
 use super::lamps::Lamp;
 use super::lights::{self, Light};
-use super::materials::Materials;
 use super::placement::Placement;
 use super::transform;
 use crate::error::{Note, Result};
 use crate::scene::description::{MeshDescription, SceneDescription, SphereDescription};
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3};
 use roxmltree::NodeId;
 use std::collections::{HashMap, HashSet};
-use std::rc::Rc;
 
 /// Deepest nesting of nodes, through instances too.
 const MAX_DEPTH: usize = 1024;
@@ -34,9 +34,7 @@ pub(super) fn walk<'a>(
 ) -> Result<(SceneDescription, Vec<Lamp>)> {
     let mut walk = Walk {
         document,
-        geometries: Geometries::new(document),
-        materials: Materials::new(document),
-        bound: HashMap::new(),
+        bindings: Bindings::new(document),
         transforms: HashMap::new(),
         targets: HashMap::new(),
         scene: SceneDescription { notes, ..Default::default() },
@@ -53,12 +51,6 @@ pub(super) fn walk<'a>(
     Ok(walk.finish())
 }
 
-/// An instance of a geometry with its materials, one a primitive (a sphere has one).
-struct Bound<'a> {
-    geometry: Rc<Geometry<'a>>,
-    materials: Vec<u32>,
-}
-
 /// Work that is still to be done.
 enum Step<'a> {
     /// Enter a node whose parent has this matrix.
@@ -69,10 +61,7 @@ enum Step<'a> {
 
 struct Walk<'d, 'a> {
     document: &'d Document<'a>,
-    geometries: Geometries<'d, 'a>,
-    materials: Materials<'d, 'a>,
-    /// By `<instance_geometry>` element: a node may itself be instanced often.
-    bound: HashMap<NodeId, Rc<Bound<'a>>>,
+    bindings: Bindings<'d, 'a>,
     transforms: HashMap<NodeId, DMat4>,
     targets: HashMap<NodeId, Node<'a>>,
     scene: SceneDescription,
@@ -209,7 +198,7 @@ impl<'a> Walk<'_, 'a> {
     }
 
     fn geometry(&mut self, node: Node<'a>, instance: Node<'a>, to_world: DMat4) -> Result<()> {
-        let bound = self.bound(instance)?;
+        let bound = self.bindings.get(instance, &mut self.scene.notes)?;
         let placement = Placement::new(to_world);
         match &*bound.geometry {
             Geometry::Sphere { radius } => {
@@ -224,55 +213,6 @@ impl<'a> Walk<'_, 'a> {
                 Ok(())
             }
         }
-    }
-
-    /// The geometry and materials of an `<instance_geometry>`, read at the first visit.
-    fn bound(&mut self, instance: Node<'a>) -> Result<Rc<Bound<'a>>> {
-        if let Some(bound) = self.bound.get(&instance.id()) {
-            return Ok(Rc::clone(bound));
-        }
-        let document = self.document;
-        let element = document.resolve(instance, "url", "geometry")?;
-        let geometry = self.geometries.get(element, &mut self.scene.notes)?;
-        let bindings: Vec<Node<'a>> = document
-            .descend(instance, &["bind_material", "technique_common"])
-            .map_or_else(Vec::new, |technique| document.children(technique, "instance_material").collect());
-        let mut by_symbol = HashMap::new();
-        for binding in &bindings {
-            by_symbol.entry(binding.attribute("symbol").unwrap_or("")).or_insert(*binding);
-        }
-        // What has no symbol of its own (a sphere never has) takes the first binding, as the course does.
-        let binding_of = |symbol: Option<&str>| match symbol {
-            Some(symbol) => by_symbol.get(symbol).copied(),
-            None => bindings.first().copied(),
-        };
-        let materials = match &*geometry {
-            Geometry::Sphere { .. } => vec![self.material(element, None, binding_of(None))?],
-            Geometry::Mesh(primitives) => {
-                let material = |primitive: &Primitive<'a>| {
-                    self.material(primitive.node, primitive.symbol, binding_of(primitive.symbol))
-                };
-                primitives.iter().map(material).collect::<Result<_>>()?
-            }
-        };
-        let bound = Rc::new(Bound { geometry, materials });
-        self.bound.insert(instance.id(), Rc::clone(&bound));
-        Ok(bound)
-    }
-
-    /// The material number for a binding; the default, with a note, if there is none.
-    fn material(&mut self, user: Node<'a>, symbol: Option<&str>, binding: Option<Node<'a>>) -> Result<u32> {
-        if let Some(binding) = binding {
-            let element = self.document.resolve(binding, "target", "material")?;
-            return self.materials.get(element, &mut self.scene.notes);
-        }
-        let line = self.document.line(user);
-        let text = match symbol {
-            Some(symbol) => format!("line {line}: no material is bound to \"{}\": it becomes mid-grey", clip(symbol)),
-            None => format!("line {line}: no material is bound: it becomes mid-grey"),
-        };
-        self.note_once(user, Note::info(text));
-        Ok(self.materials.default_material())
     }
 
     fn sphere(
@@ -311,28 +251,23 @@ impl<'a> Walk<'_, 'a> {
             let what = format!("instances unfold to more than {MAX_TRIANGLES} triangles");
             return Err(self.document.expected(instance, what, "a scene that unfolds to fewer"));
         }
-        let positions = primitive.positions.iter().map(|position| placement.position(*position));
-        let positions: Vec<Vec3> = positions.collect::<Option<_>>().ok_or_else(|| self.not_finite(node, instance))?;
-        let normals: Vec<Vec3> = primitive.normals.iter().map(|normal| placement.normal(*normal)).collect();
-        let has_area = |triangle: &[u32; 3]| area_vector(&positions, *triangle) != DVec3::ZERO;
-        let mut triangles: Vec<[u32; 3]> = primitive.triangles.iter().copied().filter(has_area).collect();
-        let left_out = primitive.degenerate + primitive.triangles.len() - triangles.len();
-        if left_out > 0 {
+        let emissive = self.bindings.materials.emits(material);
+        let Some(placed) = Instance::new(primitive, placement, emissive) else {
+            return Err(self.not_finite(node, instance));
+        };
+        let name = self.document.name(node);
+        if placed.left_out > 0 {
             let (count, _) = self.degenerate.get_or_insert_with(|| (0, self.document.line(primitive.node)));
-            *count += left_out;
+            *count += placed.left_out;
         }
-        let mut flip = placement.mirrored;
-        if self.materials.emits(material) && normals_disagree(&positions, &normals, &triangles, flip) {
-            flip = !flip;
-            let (line, name) = (self.document.line(primitive.node), self.document.name(node));
+        if placed.turned {
+            let line = self.document.line(primitive.node);
             let text = format!("line {line}: emissive mesh {name} is turned to face where its vertex normals point");
             self.note_once(primitive.node, Note::info(text));
         }
-        if flip {
-            triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-        }
+        let Instance { positions, normals, triangles, .. } = placed;
         if !triangles.is_empty() {
-            let (name, at) = (self.document.name(node), primitive.at);
+            let at = primitive.at;
             self.scene.meshes.push(MeshDescription { name, at, positions, normals, triangles, material });
         }
         Ok(())
@@ -378,12 +313,12 @@ impl<'a> Walk<'_, 'a> {
     /// The scene, with the notes that count things.
     fn finish(self) -> (SceneDescription, Vec<Lamp>) {
         let mut scene = self.scene;
-        scene.materials = self.materials.descriptions;
+        scene.materials = self.bindings.materials.descriptions;
         if let Some((count, line)) = self.degenerate {
             let text = format!("{count} triangles without area are left out; the first in the mesh at line {line}");
             scene.notes.push(Note::warning(text));
         }
-        let crossing = self.geometries.crossing_polygons();
+        let crossing = self.bindings.geometries.crossing_polygons();
         if crossing > 0 {
             scene.notes.push(Note::warning(format!("{crossing} polygons cross themselves: their split is a guess")));
         }
@@ -395,23 +330,4 @@ impl<'a> Walk<'_, 'a> {
         }
         (scene, self.lamps)
     }
-}
-
-/// Twice the area of a triangle along its geometric normal, in `f64`.
-fn area_vector(positions: &[Vec3], triangle: [u32; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|index| positions[index as usize].as_dvec3());
-    (b - a).cross(c - a)
-}
-
-/// Whether vertex normals point, on average by area, away from where the winding faces.
-fn normals_disagree(positions: &[Vec3], normals: &[Vec3], triangles: &[[u32; 3]], flipped: bool) -> bool {
-    if normals.is_empty() {
-        return false;
-    }
-    let agreement = |triangle: &[u32; 3]| {
-        let sum: Vec3 = triangle.iter().map(|index| normals[*index as usize]).sum();
-        area_vector(positions, *triangle).dot(sum.as_dvec3())
-    };
-    let total: f64 = triangles.iter().map(agreement).sum();
-    if flipped { total > 0.0 } else { total < 0.0 }
 }
