@@ -20,18 +20,23 @@ const LAMP_RADIANCE: &str = "9.5 8.7 7.6";
 
 fn main() -> std::io::Result<()> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for (name, text) in [
-        ("empty", empty()),
-        ("spheres", spheres()),
-        ("mesh", mesh()),
-        ("transforms", transforms()),
-        ("quad_light", quad_light()),
-    ] {
-        let path = directory.join(format!("cornell_{name}.dae"));
+    for (name, text) in files() {
+        let path = directory.join(name);
         std::fs::write(&path, text)?;
         println!("{}", path.display());
     }
     Ok(())
+}
+
+/// Names and contents of all files.
+pub fn files() -> [(&'static str, String); 5] {
+    [
+        ("cornell_empty.dae", empty()),
+        ("cornell_spheres.dae", spheres()),
+        ("cornell_mesh.dae", mesh()),
+        ("cornell_transforms.dae", transforms()),
+        ("cornell_quad_light.dae", quad_light()),
+    ]
 }
 
 /// Walls by `<polylist>` of triangles with normals; nodes by matrix.

@@ -61,7 +61,7 @@ pub fn description() -> Result<Staged> {
         direction: Vec3::NEG_Y,
         radiance: Vec3::new(9.5, 8.7, 7.6),
     });
-    let camera = Camera::look(DVec3::new(0.0, 0.0, -5.6), DVec3::Z, DVec3::Y, 0.274, 0.2055).map_err(Error::Scene)?;
+    let camera = Camera::look(DVec3::new(0.0, 0.0, -5.6), DVec3::Z, DVec3::Y, 0.2722, 0.2041).map_err(Error::Scene)?;
     Ok(Staged { description: scene, camera })
 }
 
