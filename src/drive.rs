@@ -234,9 +234,9 @@ fn groups(mut tiles: &mut [Tile], rows: u64, samples: u32) -> Vec<&mut [Tile]> {
 /// Gives every active pixel of `group` the samples `first..first + step`, wave after wave.
 fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: u64) {
     let plan = shared.plan;
-    let mut wave = lock(&shared.waves).pop().unwrap_or_else(|| {
-        Wave::allocate(plan.wave, shared.context.transport.shadow_samples, plan.features)
-    });
+    let mut wave = lock(&shared.waves)
+        .pop()
+        .unwrap_or_else(|| Wave::allocate(plan.wave, shared.context.transport.shadow_samples, plan.features));
     let spans = spans_of(group, plan.options.width, first, step);
     let mut rest = spans.as_slice();
     let mut cut = None;
@@ -295,9 +295,8 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
     const RETIRE: usize = 5;
     let Wave { samples, paths, next, hits, shadows, shadow_hits, scratch, .. } = wave;
     let asked = spans.iter().map(|s| s.count as usize).sum();
-    let mut live = totals.time(GENERATE, asked, || {
-        stages::generate::run(context, spans, stages::generate::Out { samples, paths })
-    });
+    let mut live = totals
+        .time(GENERATE, asked, || stages::generate::run(context, spans, stages::generate::Out { samples, paths }));
     let rows = live;
     totals.rays.camera += rows as u64;
     if context.features.has(Features::COST) {

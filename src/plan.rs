@@ -170,6 +170,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::ROULETTE.when(continues && can_end)
         | Features::AOVS.when(options.aovs)
         | Features::COST.when(options.integrator == Integrator::BvhCost)
+        | Features::HITS.when(options.integrator != Integrator::BvhCost)
 }
 
 /// The size of a wave, and why.
@@ -288,7 +289,11 @@ fn describe(
             }
             let mut why = format!("{} of {}", count(scene.materials.len(), "material"), "diffuse kind");
             if features.has(Features::SHADOW) {
-                why += &format!("; {} a vertex towards {}", count(transport.shadow_samples as usize, "shadow ray"), count(lights, "light"));
+                why += &format!(
+                    "; {} a vertex towards {}",
+                    count(transport.shadow_samples as usize, "shadow ray"),
+                    count(lights, "light")
+                );
             }
             (if parts.is_empty() { "nothing to shade".into() } else { parts.join(", ") }, why)
         }
@@ -301,7 +306,10 @@ fn describe(
                 (format!("continue with probability {p}, then compact"), Features::ROULETTE.why())
             }
             Roulette::Throughput { start } if features.has(Features::ROULETTE) => (
-                format!("continue with probability min(max β, 0.95) after {}, then compact", count(start as usize, "bounce")),
+                format!(
+                    "continue with probability min(max β, 0.95) after {}, then compact",
+                    count(start as usize, "bounce")
+                ),
                 Features::ROULETTE.why(),
             ),
             _ => ("compact".into(), "rows whose path has ended make room".into()),

@@ -147,11 +147,8 @@ pub fn tiles(cell: Cell, layout: FilmLayout) -> Vec<Tile> {
     order.sort_by_key(|&(x, y)| morton(x, y));
     let tile = |(tx, ty): (u32, u32)| {
         let inside = |&(x, y): &(u32, u32)| tx * SIDE + x < cell.width && ty * SIDE + y < cell.height;
-        let (x, y): (Vec<u32>, Vec<u32>) = order
-            .iter()
-            .filter(|p| inside(p))
-            .map(|&(x, y)| (cell.x + tx * SIDE + x, cell.y + ty * SIDE + y))
-            .unzip();
+        let (x, y): (Vec<u32>, Vec<u32>) =
+            order.iter().filter(|p| inside(p)).map(|&(x, y)| (cell.x + tx * SIDE + x, cell.y + ty * SIDE + y)).unzip();
         let n = x.len();
         Tile {
             x,

@@ -2,7 +2,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | reads | nothing but its spans |
+//! | reads | its spans; `sample.pixel/index`, which it has just written |
 //! | writes | `sample.*`, `path.*` (ray, slot, β = 1) |
 //! | consumes | spans of pixels |
 //! | produces | one row a sample |
@@ -21,7 +21,7 @@ use glam::Vec4;
 /// Its facts.
 pub const STAGE: Stage = Stage {
     name: "generate",
-    reads: &[],
+    reads: &[("sample.pixel", Features::ALWAYS), ("sample.index", Features::ALWAYS)],
     writes: &[
         ("sample.pixel", Features::ALWAYS),
         ("sample.index", Features::ALWAYS),

@@ -26,8 +26,14 @@ pub const STAGE: Stage = Stage {
         ("path.dx", Features::ALWAYS),
         ("path.dy", Features::ALWAYS),
         ("path.dz", Features::ALWAYS),
+        ("path.slot", Features::COST),
     ],
-    writes: &[("hit.*", Features::ALWAYS)],
+    writes: &[
+        ("hit.*", Features::HITS),
+        ("sample.r", Features::COST),
+        ("sample.g", Features::COST),
+        ("sample.b", Features::COST),
+    ],
     requires: Features::ALWAYS,
 };
 

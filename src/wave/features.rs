@@ -46,6 +46,7 @@ features! {
     ROULETTE = 9, "roulette", "paths may end before the depth limit";
     AOVS = 10, "AOVs", "albedo, normal and depth of the first hit were asked for";
     COST = 11, "traversal cost", "nodes visited are the picture";
+    HITS = 12, "hits", "what rays hit is looked at, not only how they got there";
 }
 
 impl Features {

@@ -8,15 +8,15 @@ columns! {
     /// What a ray hit.
     pub struct Hits = "hit" {
         /// distance along the ray, world units; infinite for a miss
-        t: f32 => Features::ALWAYS;
+        t: f32 => Features::HITS;
         /// barycentric weight of the second corner
-        u: f32 => Features::ALWAYS;
+        u: f32 => Features::HITS;
         /// barycentric weight of the third corner
-        v: f32 => Features::ALWAYS;
+        v: f32 => Features::HITS;
         /// primitive, or u32::MAX
-        prim: u32 => Features::ALWAYS;
+        prim: u32 => Features::HITS;
         /// geometry, or u32::MAX
-        geom: u32 => Features::ALWAYS;
+        geom: u32 => Features::HITS;
     }
 }
 

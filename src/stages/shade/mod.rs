@@ -56,7 +56,7 @@ pub const STAGE: Stage = Stage {
         ("shadow.*", Features::SHADOW),
         ("next.*", Features::CONTINUE),
     ],
-    requires: Features::ALWAYS,
+    requires: Features::HITS,
 };
 
 /// What it reads.

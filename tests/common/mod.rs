@@ -1,0 +1,77 @@
+//! What several test files share: scenes by path, renders by options.
+#![allow(dead_code)] // Each test file uses its own part.
+
+use comber::bvh::Accel;
+use comber::drive::{self, Outcome, Unobserved};
+use comber::error::Result;
+use comber::options::{self, Normals, RenderOptions};
+use comber::plan::Plan;
+use comber::reference::{self, Reference};
+use comber::scene::bounds::geometry_bounds;
+use comber::scene::camera::Camera;
+use comber::scene::description::SceneDescription;
+use comber::scene::{Scene, SceneOptions, viewpoint};
+use std::path::{Path, PathBuf};
+
+/// A scene, ready.
+pub struct Ready {
+    pub name: String,
+    pub scene: Scene,
+    pub accel: Accel,
+    pub camera: Camera,
+}
+
+impl Ready {
+    pub fn new(description: SceneDescription, camera: Camera, normals: Normals) -> Ready {
+        let name = description.name.clone();
+        let scene = Scene::build(description, SceneOptions { normals, substitute_materials: false }).expect("scene");
+        let accel = Accel::build(&scene.shapes, options::Accel::Bvh).expect("accel");
+        Ready { name, scene, accel, camera }
+    }
+
+    /// From a file with the course's profile, seen the course's way.
+    pub fn course(path: &Path, normals: Normals) -> Ready {
+        let description = comber::import::load(path).expect("readable scene");
+        let (min, max) = geometry_bounds(&description).expect("geometry");
+        let camera = viewpoint::course(description.camera.as_ref(), min, max).expect("camera");
+        Ready::new(description, camera, normals)
+    }
+
+    pub fn try_render(&self, options: &RenderOptions) -> Result<Outcome> {
+        let plan = Plan::new(&self.scene, &self.accel, options)?;
+        drive::render(&self.scene, &self.accel, &self.camera, &plan, &Unobserved)
+    }
+
+    pub fn render(&self, options: &RenderOptions) -> Outcome {
+        self.try_render(options).expect("render")
+    }
+
+    pub fn reference(&self, options: &RenderOptions) -> Reference {
+        reference::render(&self.scene, &self.accel, &self.camera, options).expect("reference")
+    }
+}
+
+/// A file of the project's own `scenes/`.
+pub fn own(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
+}
+
+/// All `.dae` files of the project's own `scenes/`.
+pub fn own_scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let files = std::fs::read_dir(folder).expect("scenes/").map(|f| f.expect("entry").path());
+    let mut scenes: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "dae")).collect();
+    scenes.sort();
+    assert!(scenes.len() >= 3);
+    scenes
+}
+
+/// A file of the folder of scenes and references that lies beside the project on some machines, or a word that it does not.
+pub fn shared(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: ../shared/{name} is not here");
+    None
+}

@@ -1,0 +1,92 @@
+//! Waves and the depth-first reference integrator draw the same random numbers: they agree to the bit, in every layer.
+
+mod common;
+
+use comber::film::picture::Picture;
+use comber::options::{Adaptive, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette};
+use common::{Ready, own_scenes};
+
+fn assert_same(a: &Picture, b: &Picture, what: &str) {
+    let bits3 = |layer: &[[f32; 3]]| layer.iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits3(&a.beauty), bits3(&b.beauty), "{what}: beauty");
+    for (name, x, y) in
+        [("albedo", &a.albedo, &b.albedo), ("normal", &a.normal, &b.normal), ("variance", &a.variance, &b.variance)]
+    {
+        assert_eq!(x.as_deref().map(bits3), y.as_deref().map(bits3), "{what}: {name}");
+    }
+    let bits = |l: &Vec<f32>| l.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+    assert_eq!(a.depth.as_ref().map(bits), b.depth.as_ref().map(bits), "{what}: depth");
+    assert_eq!(a.sample_count, b.sample_count, "{what}: sample count");
+}
+
+fn small() -> RenderOptions {
+    RenderOptions { width: 52, height: 39, samples: 9, ..RenderOptions::default() }
+}
+
+/// Renders both ways and compares pictures and ray counts.
+fn check(ready: &Ready, options: &RenderOptions, what: &str) {
+    let what = format!("{} {what}", ready.name);
+    let wave = ready.render(options);
+    let reference = ready.reference(options);
+    assert_same(&wave.picture, &reference.picture, &what);
+    if options.integrator != Integrator::BvhCost {
+        assert_eq!(wave.stats.rays, reference.rays, "{what}: rays by kind");
+    }
+    assert_eq!(wave.stats.non_finite_samples, 0, "{what}");
+}
+
+#[test]
+fn every_scene_and_direct_strategy_agrees_to_the_bit() {
+    for path in own_scenes() {
+        for normals in [Normals::Smooth, Normals::Flat] {
+            let ready = Ready::course(&path, normals);
+            for direct in [Direct::Mis, Direct::Light, Direct::Hemisphere, Direct::Bsdf] {
+                for light_samples in [1, 3] {
+                    let options = RenderOptions { direct, light_samples, aovs: true, ..small() };
+                    check(&ready, &options, &format!("{normals:?} {direct:?} -l {light_samples}"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_integrator_agrees_to_the_bit() {
+    let ready = Ready::course(&common::own("cornell_spheres.dae"), Normals::Smooth);
+    for integrator in [
+        Integrator::Path,
+        Integrator::Direct,
+        Integrator::ZeroBounce,
+        Integrator::OneBounce,
+        Integrator::IndirectOnly,
+        Integrator::Normals,
+        Integrator::BvhCost,
+    ] {
+        for max_depth in [0, 1, 2, 7] {
+            let options = RenderOptions { integrator, max_depth, ..small() };
+            check(&ready, &options, &format!("{integrator:?} -m {max_depth}"));
+        }
+    }
+}
+
+#[test]
+fn every_roulette_rule_agrees_to_the_bit() {
+    let ready = Ready::course(&common::own("cornell_mesh.dae"), Normals::Smooth);
+    for roulette in
+        [Roulette::Off, Roulette::Fixed(0.6), Roulette::Throughput { start: 0 }, Roulette::Throughput { start: 3 }]
+    {
+        check(&ready, &RenderOptions { roulette, max_depth: 40, ..small() }, &format!("{roulette:?}"));
+    }
+}
+
+#[test]
+fn adaptive_sampling_agrees_to_the_bit() {
+    let ready = Ready::course(&common::own("cornell_spheres.dae"), Normals::Flat);
+    for confidence in [Confidence::Z, Confidence::T] {
+        let rule = Adaptive { batch: 16, tolerance: 0.2, confidence, min_samples: 16 };
+        let options = RenderOptions { adaptive: Some(rule), samples: 100, aovs: true, ..small() };
+        check(&ready, &options, &format!("{confidence:?}"));
+        let counts = ready.render(&options).picture.sample_count.expect("counts");
+        assert!(counts.iter().any(|&n| n < 100) && counts.contains(&100), "some pixels retire early, some never");
+    }
+}

@@ -1,0 +1,94 @@
+//! Pictures against independent renders with known standard errors: every pixel by a z-test, and the mean.
+
+mod common;
+
+use comber::film::exr_output;
+use comber::film::picture::Picture;
+use comber::options::{Direct, Normals, RenderOptions, Roulette};
+use common::{Ready, shared};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// A picture against a reference: two-sided z-tests at α = 0.01 over all pixels and channels, Šidák-corrected.
+struct ZTest {
+    /// Fraction of channels that pass.
+    passing: f64,
+    /// Difference of the means over its standard error, by channel.
+    mean_z: [f64; 3],
+}
+
+fn z_test(ours: &Picture, reference: &Picture, errors: &Picture) -> ZTest {
+    let variance = ours.variance.as_ref().expect("variance layer");
+    let n = ours.beauty.len() * 3;
+    let per_test = 1.0 - (1.0 - 0.01f64).powf(1.0 / n as f64);
+    let limit = Normal::standard().inverse_cdf(1.0 - per_test / 2.0);
+    let mut passing = 0;
+    let (mut difference, mut squared_error) = ([0.0f64; 3], [0.0f64; 3]);
+    for i in 0..ours.beauty.len() {
+        for c in 0..3 {
+            let d = f64::from(ours.beauty[i][c]) - f64::from(reference.beauty[i][c]);
+            let v = f64::from(variance[i][c]) + f64::from(errors.beauty[i][c]).powi(2);
+            difference[c] += d;
+            squared_error[c] += v;
+            // Both sides black without variance agree; any other difference without variance does not.
+            passing += usize::from(if v > 0.0 { (d / v.sqrt()).abs() <= limit } else { d == 0.0 });
+        }
+    }
+    let mean_z = [0, 1, 2].map(|c| difference[c] / squared_error[c].sqrt());
+    ZTest { passing: passing as f64 / n as f64, mean_z }
+}
+
+fn compare(ready: &Ready, reference: &str, options: &RenderOptions, what: &str) {
+    let Some(path) = shared(&format!("reference/{reference}.exr")) else { return };
+    let expected = exr_output::read(&path).expect("reference");
+    let errors = exr_output::read(&path.with_extension("stderr.exr")).expect("standard errors");
+    let options = RenderOptions { width: 240, height: 180, aovs: true, ..options.clone() };
+    let ours = ready.render(&options);
+    let test = z_test(&ours.picture, &expected, &errors);
+    let means = test.mean_z.map(|z| format!("{z:+.2}")).join(" ");
+    println!("{reference} {what}: {:.4} % of channels pass, mean off by {means} standard errors", test.passing * 100.0);
+    assert!(test.passing >= 0.9975, "{reference} {what}: only {:.3} % pass", test.passing * 100.0);
+    assert!(test.mean_z.iter().all(|z| z.abs() <= 3.0), "{reference} {what}: mean off by {means} standard errors");
+}
+
+fn course(name: &str) -> Option<Ready> {
+    Some(Ready::course(&shared(&format!("scenes/cs184/{name}.dae"))?, Normals::Flat))
+}
+
+#[test]
+fn spheres_match_for_every_direct_strategy() {
+    let Some(ready) = course("CBspheres_lambertian") else { return };
+    for (direct, samples) in [(Direct::Mis, 64), (Direct::Light, 64), (Direct::Hemisphere, 256), (Direct::Bsdf, 256)] {
+        let options = RenderOptions { direct, samples, max_depth: 5, seed: 11, ..RenderOptions::default() };
+        compare(&ready, "CBspheres_lambertian_d6", &options, &format!("{direct:?}"));
+    }
+}
+
+#[test]
+fn deep_paths_match_for_every_roulette_rule() {
+    let Some(ready) = course("CBspheres_lambertian") else { return };
+    for roulette in [Roulette::default(), Roulette::Fixed(0.7), Roulette::Off] {
+        let options = RenderOptions { roulette, samples: 64, max_depth: 100, seed: 5, ..RenderOptions::default() };
+        compare(&ready, "CBspheres_lambertian_d101", &options, &format!("{roulette:?}"));
+    }
+}
+
+#[test]
+fn the_bunny_matches() {
+    let Some(ready) = course("CBbunny") else { return };
+    let options = RenderOptions { samples: 64, max_depth: 5, seed: 3, ..RenderOptions::default() };
+    compare(&ready, "CBbunny_d6", &options, "Mis");
+}
+
+#[test]
+fn the_dragon_on_the_cornell_stage_matches() {
+    use comber::scene::stage::{Stage, UpAxis, place};
+    let mesh = common::own("models/dragon_vrip.ply");
+    if !mesh.exists() {
+        println!("skipped: {} is not here; scenes/fetch.sh gets it", mesh.display());
+        return;
+    }
+    let staged = place(comber::import::load(&mesh).expect("dragon"), Stage::Cornell, UpAxis::Y).expect("stage");
+    let ready = Ready::new(staged.description, staged.camera, Normals::Flat);
+    let options = RenderOptions { samples: 64, max_depth: 5, seed: 7, ..RenderOptions::default() };
+    compare(&ready, "CBdragon871k_d6", &options, "Mis");
+}
