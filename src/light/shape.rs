@@ -3,7 +3,7 @@
 use super::{LightSample, towards};
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::warp;
-use crate::scene::surface::ROUNDING;
+use crate::scene::surface::offset;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
@@ -48,7 +48,7 @@ impl Parallelogram {
             side_v,
             normal,
             area,
-            offset: ROUNDING * reach.dot(normal.abs()),
+            offset: offset(reach.into()),
         })
     }
 
@@ -94,7 +94,7 @@ impl EmissiveMesh {
             return None;
         }
         let cdf = sums.iter().map(|&s| (s / area) as f32).collect();
-        Some(EmissiveMesh { triangles, cdf, area: total, offset: ROUNDING * (reach.x + reach.y + reach.z) })
+        Some(EmissiveMesh { triangles, cdf, area: total, offset: offset(reach.into()) })
     }
 
     /// A point, uniform by area: the third number picks the triangle, the others a point of it
@@ -128,7 +128,7 @@ impl EmissiveSphere {
         (area > 0.0 && area.is_finite()).then_some(EmissiveSphere {
             center,
             radius,
-            offset: ROUNDING * (reach.x + reach.y + reach.z + radius),
+            offset: offset((reach + Vec3::splat(radius)).into()),
         })
     }
 

@@ -30,8 +30,17 @@ pub fn on_triangle<F: Lanes>(corners: [V3<F>; 3], u: F, v: F, direction: V3<F>) 
     let position = a * w + b * u + c * v;
     let geometric = facing(triangle_normal(corners), direction);
     let reach = a.abs() * w.abs() + b.abs() * u.abs() + c.abs() * v.abs();
-    let offset = reach.dot(geometric.abs()) * F::splat(ROUNDING);
-    SurfacePoint { origin: position + geometric * offset, geometric, normal: geometric }
+    SurfacePoint { origin: position + geometric * offset(reach), geometric, normal: geometric }
+}
+
+/// How far off a surface rays leave, given the magnitudes that went into the position.
+///
+/// All three axes count, not only their share along the normal: a floor at y = 0 has exact positions, but the distance
+/// to it that the next ray's intersection test computes is wrong by a few units in the last place of the floor's extent. (With
+/// the share along the normal alone, the floor of a Cornell box lay in its own shadow: 1 % of the image's mean was lost.)
+#[inline(always)]
+pub fn offset<F: Lanes>(reach: V3<F>) -> F {
+    (reach.x + reach.y + reach.z) * F::splat(ROUNDING)
 }
 
 /// Unit normal of a triangle by its winding. The edges are scaled first: products of tiny edges would
@@ -50,9 +59,9 @@ pub fn triangle_normal<F: Lanes>([a, b, c]: [V3<F>; 3]) -> V3<F> {
 pub fn on_sphere<F: Lanes>(center: V3<F>, radius: F, hit: V3<F>, direction: V3<F>) -> SurfacePoint<F> {
     let outward = (hit - center).normalize();
     let geometric = facing(outward, direction);
-    let reach = (center.abs() + outward.abs() * radius).dot(geometric.abs());
     let position = center + outward * radius;
-    let origin = position + geometric * (reach * F::splat(ROUNDING));
+    let reach = center.abs() + outward.abs() * radius;
+    let origin = position + geometric * offset(reach);
     SurfacePoint { origin, geometric, normal: geometric }
 }
 
