@@ -108,6 +108,28 @@ fn count(bytes: &[u8], wanted: u8) -> usize {
     bytes.chunks(255).map(block).sum()
 }
 
+/// The lines of many places, in rising order, without counting from the start for each.
+pub struct Lines<'a> {
+    text: Text<'a>,
+    offset: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    /// Starts at the first line.
+    pub fn new(text: Text<'a>) -> Self {
+        Self { text, offset: 0, line: 1 }
+    }
+
+    /// The line of a place at or after the last one asked for.
+    pub fn at(&mut self, offset: usize) -> At {
+        let between = self.text.bytes.get(self.offset..offset).unwrap_or_default();
+        self.line += count(between, self.text.eol) as u64;
+        self.offset = self.offset.max(offset);
+        At::Line(self.line)
+    }
+}
+
 /// A token's text for a message, cut short and without control characters.
 pub fn shown(token: &[u8]) -> String {
     const LONGEST: usize = 32;
@@ -138,7 +160,7 @@ impl<'a> Cursor<'a> {
 
     /// Moves to the next token; `false` if the line has none.
     #[inline]
-    pub fn to_token(&mut self) -> bool {
+    pub fn find_token(&mut self) -> bool {
         loop {
             match self.bytes.get(self.at) {
                 None => return false,
@@ -165,7 +187,7 @@ impl<'a> Cursor<'a> {
 
     /// The token ends here.
     #[inline]
-    fn at_break(&self) -> bool {
+    pub fn at_break(&self) -> bool {
         match self.bytes.get(self.at) {
             None => true,
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c') => true,
@@ -176,7 +198,7 @@ impl<'a> Cursor<'a> {
 
     /// The next token of the line.
     pub fn token(&mut self) -> Option<&'a [u8]> {
-        if !self.to_token() {
+        if !self.find_token() {
             return None;
         }
         let start = self.at;
@@ -188,7 +210,7 @@ impl<'a> Cursor<'a> {
 
     /// The rest of the line, without the spaces around it.
     pub fn rest(&mut self) -> &'a [u8] {
-        self.to_token();
+        self.find_token();
         let start = self.at;
         while self.bytes.get(self.at).is_some_and(|&byte| byte != self.eol) {
             self.at += 1;
@@ -198,10 +220,15 @@ impl<'a> Cursor<'a> {
 
     /// Moves past the end of the line, whatever is left on it.
     pub fn next_line(&mut self) {
-        while self.to_token() {
-            self.token();
+        loop {
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let length = rest.iter().position(|&byte| byte == self.eol).unwrap_or(rest.len());
+            let line = rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]);
+            self.at += length + 1;
+            if !self.continues || line.last() != Some(&b'\\') || length == rest.len() {
+                break;
+            }
         }
-        self.at += 1;
     }
 
     /// Moves past the end of the line, which a backslash does not hide.
@@ -214,7 +241,7 @@ impl<'a> Cursor<'a> {
     #[inline]
     pub fn f32(&mut self, name: &str) -> Result<f32, Fault> {
         let start = self.at;
-        if self.to_token()
+        if self.find_token()
             && let Some((value, length)) = number::f32_prefix(&self.bytes[self.at..])
         {
             self.at += length;
@@ -236,7 +263,7 @@ impl<'a> Cursor<'a> {
     #[inline]
     pub fn integer(&mut self, name: &str) -> Result<i64, Fault> {
         let start = self.at;
-        if self.to_token()
+        if self.find_token()
             && let Some((value, length)) = number::integer_prefix(&self.bytes[self.at..])
         {
             self.at += length;
@@ -257,6 +284,22 @@ impl<'a> Cursor<'a> {
             Some(value) if value.trunc() == value && value.abs() < 1e18 => Ok(value as i64),
             _ => Err(self.wrong(token, name, "a whole number")),
         }
+    }
+
+    /// A whole number in the middle of a token.
+    #[inline]
+    pub fn part(&mut self) -> Option<i64> {
+        let (value, length) = number::integer_prefix(&self.bytes[self.at..])?;
+        self.at += length;
+        Some(value)
+    }
+
+    /// Takes a slash, if there is one here.
+    #[inline]
+    pub fn slash(&mut self) -> bool {
+        let found = self.bytes.get(self.at) == Some(&b'/');
+        self.at += usize::from(found);
+        found
     }
 
     fn required(&mut self, name: &str) -> Result<&'a [u8], Fault> {
@@ -325,10 +368,12 @@ mod tests {
     fn lines_are_skipped_and_counted() {
         let bytes: Vec<u8> = (0..3000).flat_map(|i| format!("{i}\n").into_bytes()).chain(*b"end").collect();
         let text = Text::new(&bytes, false);
+        let mut found = Lines::new(text);
         for lines in [0, 1, 2, 999, 1000, 2999] {
             let at = text.skip_lines(0, lines);
             assert!(bytes[at..].starts_with(format!("{lines}\n").as_bytes()), "{lines}");
             assert_eq!(text.line(at), At::Line(lines + 1));
+            assert_eq!(found.at(at), At::Line(lines + 1));
         }
         assert_eq!(text.skip_lines(0, 3001), bytes.len());
         assert_eq!(text.skip_lines(0, u64::MAX), bytes.len());
