@@ -267,6 +267,16 @@ fn large(relative: bool) -> String {
 }
 
 #[test]
+fn names_that_end_in_a_backslash_take_the_next_line_with_them() {
+    for eol in ["\n", "\r\n", "\r"] {
+        let text = format!("{SQUARE}usemtl a\\\nv 9 9 9\nf 1 2 3\n# \\\nf -1 -2 -3\n").replace('\n', eol);
+        let scene = good(&text);
+        assert_eq!(scene.meshes[0].positions.len(), 4);
+        assert_eq!(scene.meshes[0].triangles, [[0, 1, 2], [3, 2, 1]]);
+    }
+}
+
+#[test]
 fn many_pieces_make_the_same_meshes() {
     let (absolute, relative) = (large(false), large(true));
     assert!(absolute.len() > 3 << 18);

@@ -96,10 +96,15 @@ impl<'a> Text<'a> {
 
     /// The line end at this byte is hidden behind a backslash.
     fn joined(&self, at: usize) -> bool {
-        let before = &self.bytes[..at];
-        let before = before.strip_suffix(b"\r").unwrap_or(before);
-        self.continues && before.last() == Some(&b'\\')
+        self.continues && backslash_before(self.bytes, at, self.eol)
     }
+}
+
+/// A backslash stands before the line end at this byte.
+fn backslash_before(bytes: &[u8], end: usize, eol: u8) -> bool {
+    let before = &bytes[..end];
+    let before = if eol == b'\n' { before.strip_suffix(b"\r").unwrap_or(before) } else { before };
+    before.last() == Some(&b'\\')
 }
 
 fn count(bytes: &[u8], wanted: u8) -> usize {
@@ -223,9 +228,11 @@ impl<'a> Cursor<'a> {
         loop {
             let rest = self.bytes.get(self.at..).unwrap_or_default();
             let length = rest.iter().position(|&byte| byte == self.eol).unwrap_or(rest.len());
-            let line = rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]);
-            self.at += length + 1;
-            if !self.continues || line.last() != Some(&b'\\') || length == rest.len() {
+            let end = self.at + length;
+            self.at = end + 1;
+            // Looks back past where it started: a backslash may end what was just taken.
+            let joined = self.continues && end < self.bytes.len() && backslash_before(self.bytes, end, self.eol);
+            if !joined {
                 break;
             }
         }
@@ -233,8 +240,8 @@ impl<'a> Cursor<'a> {
 
     /// Moves past the end of the line, which a backslash does not hide.
     pub fn skip_comment(&mut self) {
-        self.rest();
-        self.at += 1;
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        self.at += rest.iter().position(|&byte| byte == self.eol).unwrap_or(rest.len()) + 1;
     }
 
     /// A number, exactly rounded; it may be infinite or not a number.
