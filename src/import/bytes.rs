@@ -1,7 +1,9 @@
 //! A whole file in memory.
 //!
 //! Plain reading, not mapping: a mapped file that someone truncates kills the process (SIGBUS), and the
-//! safe interface to `mmap` does not exist. The price is one copy out of the page cache.
+//! safe interface to `mmap` does not exist. The price is one copy out of the page cache, measured on two cores:
+//! 19 ms for the 34 MB ASCII dragon, whose parsing takes 60 ms, and 0.26 s for 532 MB of binary triangles,
+//! whose parsing takes 0.86 s.
 
 use crate::error::{Error, Result};
 use std::fs::File;

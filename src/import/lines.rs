@@ -96,16 +96,43 @@ impl<'a> Text<'a> {
 
     /// The line end at this byte is hidden behind a backslash.
     fn joined(&self, at: usize) -> bool {
-        let before = &self.bytes[..at];
-        let before = before.strip_suffix(b"\r").unwrap_or(before);
-        self.continues && before.last() == Some(&b'\\')
+        self.continues && backslash_before(self.bytes, at, self.eol)
     }
+}
+
+/// A backslash stands before the line end at this byte.
+fn backslash_before(bytes: &[u8], end: usize, eol: u8) -> bool {
+    let before = &bytes[..end];
+    let before = if eol == b'\n' { before.strip_suffix(b"\r").unwrap_or(before) } else { before };
+    before.last() == Some(&b'\\')
 }
 
 fn count(bytes: &[u8], wanted: u8) -> usize {
     // Blocks short enough for byte-wide sums, which the compiler turns into vector code.
     let block = |block: &[u8]| usize::from(block.iter().map(|&byte| u8::from(byte == wanted)).sum::<u8>());
     bytes.chunks(255).map(block).sum()
+}
+
+/// The lines of many places, in rising order, without counting from the start for each.
+pub struct Lines<'a> {
+    text: Text<'a>,
+    offset: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    /// Starts at the first line.
+    pub fn new(text: Text<'a>) -> Self {
+        Self { text, offset: 0, line: 1 }
+    }
+
+    /// The line of a place at or after the last one asked for.
+    pub fn at(&mut self, offset: usize) -> At {
+        let between = self.text.bytes.get(self.offset..offset).unwrap_or_default();
+        self.line += count(between, self.text.eol) as u64;
+        self.offset = self.offset.max(offset);
+        At::Line(self.line)
+    }
 }
 
 /// A token's text for a message, cut short and without control characters.
@@ -138,7 +165,7 @@ impl<'a> Cursor<'a> {
 
     /// Moves to the next token; `false` if the line has none.
     #[inline]
-    pub fn to_token(&mut self) -> bool {
+    pub fn find_token(&mut self) -> bool {
         loop {
             match self.bytes.get(self.at) {
                 None => return false,
@@ -165,7 +192,7 @@ impl<'a> Cursor<'a> {
 
     /// The token ends here.
     #[inline]
-    fn at_break(&self) -> bool {
+    pub fn at_break(&self) -> bool {
         match self.bytes.get(self.at) {
             None => true,
             Some(b' ' | b'\t' | b'\r' | b'\n' | b'\x0b' | b'\x0c') => true,
@@ -176,7 +203,7 @@ impl<'a> Cursor<'a> {
 
     /// The next token of the line.
     pub fn token(&mut self) -> Option<&'a [u8]> {
-        if !self.to_token() {
+        if !self.find_token() {
             return None;
         }
         let start = self.at;
@@ -188,7 +215,7 @@ impl<'a> Cursor<'a> {
 
     /// The rest of the line, without the spaces around it.
     pub fn rest(&mut self) -> &'a [u8] {
-        self.to_token();
+        self.find_token();
         let start = self.at;
         while self.bytes.get(self.at).is_some_and(|&byte| byte != self.eol) {
             self.at += 1;
@@ -198,23 +225,30 @@ impl<'a> Cursor<'a> {
 
     /// Moves past the end of the line, whatever is left on it.
     pub fn next_line(&mut self) {
-        while self.to_token() {
-            self.token();
+        loop {
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let length = rest.iter().position(|&byte| byte == self.eol).unwrap_or(rest.len());
+            let end = self.at + length;
+            self.at = end + 1;
+            // Looks back past where it started: a backslash may end what was just taken.
+            let joined = self.continues && end < self.bytes.len() && backslash_before(self.bytes, end, self.eol);
+            if !joined {
+                break;
+            }
         }
-        self.at += 1;
     }
 
     /// Moves past the end of the line, which a backslash does not hide.
     pub fn skip_comment(&mut self) {
-        self.rest();
-        self.at += 1;
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        self.at += rest.iter().position(|&byte| byte == self.eol).unwrap_or(rest.len()) + 1;
     }
 
     /// A number, exactly rounded; it may be infinite or not a number.
     #[inline]
     pub fn f32(&mut self, name: &str) -> Result<f32, Fault> {
         let start = self.at;
-        if self.to_token()
+        if self.find_token()
             && let Some((value, length)) = number::f32_prefix(&self.bytes[self.at..])
         {
             self.at += length;
@@ -236,7 +270,7 @@ impl<'a> Cursor<'a> {
     #[inline]
     pub fn integer(&mut self, name: &str) -> Result<i64, Fault> {
         let start = self.at;
-        if self.to_token()
+        if self.find_token()
             && let Some((value, length)) = number::integer_prefix(&self.bytes[self.at..])
         {
             self.at += length;
@@ -257,6 +291,22 @@ impl<'a> Cursor<'a> {
             Some(value) if value.trunc() == value && value.abs() < 1e18 => Ok(value as i64),
             _ => Err(self.wrong(token, name, "a whole number")),
         }
+    }
+
+    /// A whole number in the middle of a token.
+    #[inline]
+    pub fn part(&mut self) -> Option<i64> {
+        let (value, length) = number::integer_prefix(&self.bytes[self.at..])?;
+        self.at += length;
+        Some(value)
+    }
+
+    /// Takes a slash, if there is one here.
+    #[inline]
+    pub fn slash(&mut self) -> bool {
+        let found = self.bytes.get(self.at) == Some(&b'/');
+        self.at += usize::from(found);
+        found
     }
 
     fn required(&mut self, name: &str) -> Result<&'a [u8], Fault> {
@@ -325,10 +375,12 @@ mod tests {
     fn lines_are_skipped_and_counted() {
         let bytes: Vec<u8> = (0..3000).flat_map(|i| format!("{i}\n").into_bytes()).chain(*b"end").collect();
         let text = Text::new(&bytes, false);
+        let mut found = Lines::new(text);
         for lines in [0, 1, 2, 999, 1000, 2999] {
             let at = text.skip_lines(0, lines);
             assert!(bytes[at..].starts_with(format!("{lines}\n").as_bytes()), "{lines}");
             assert_eq!(text.line(at), At::Line(lines + 1));
+            assert_eq!(found.at(at), At::Line(lines + 1));
         }
         assert_eq!(text.skip_lines(0, 3001), bytes.len());
         assert_eq!(text.skip_lines(0, u64::MAX), bytes.len());

@@ -4,6 +4,7 @@ pub mod bytes;
 pub mod dae;
 mod lines;
 pub mod number;
+pub mod obj;
 pub mod ply;
 pub mod polygon;
 
@@ -17,6 +18,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let parse = match extension.as_str() {
         "dae" => dae::parse,
+        "obj" => obj::parse,
         "ply" => ply::parse,
         _ => {
             let path = path.display();
@@ -35,4 +37,11 @@ fn file_name(path: &Path) -> String {
 fn default_material() -> MaterialDescription {
     let surface = Surface::Diffuse { albedo: Vec3::splat(0.5) };
     MaterialDescription { name: "default".into(), at: At::File, surface, emission: Vec3::ZERO }
+}
+
+/// A normal of unit length, or zero if it has no direction: shade flat there.
+///
+/// In `f64`, where the square of no `f32` vanishes or overflows.
+fn unit_or_zero(normal: Vec3) -> Vec3 {
+    normal.as_dvec3().normalize_or_zero().as_vec3()
 }

@@ -215,7 +215,7 @@ mod tests {
     #[test]
     fn huge_concave_polygons_are_not_clipped() {
         let count = 100_000;
-        let spiky = |i: usize| if i % 2 == 0 { 1.0 } else { 0.5 };
+        let spiky = |i: usize| [1.0, 0.5][i % 2];
         let gear: Vec<_> = (0..count)
             .map(|i| {
                 Vec3::new((i as f32 / count as f32 * TAU).cos(), (i as f32 / count as f32 * TAU).sin(), 0.0) * spiky(i)

@@ -64,7 +64,7 @@ fn lines(mut cursor: Cursor, task: &Task, plan: &Plan) -> Result<Piece, Fault> {
     let mut piece = Piece::default();
     let mut corners = SmallVec::new();
     while !cursor.finished() {
-        if cursor.to_token() {
+        if cursor.find_token() {
             match task.role {
                 Role::Vertices => vertex(&mut cursor, task, plan, &mut piece)?,
                 Role::Faces | Role::Strips => face(&mut cursor, task, plan, &mut corners, &mut piece)?,
@@ -73,7 +73,7 @@ fn lines(mut cursor: Cursor, task: &Task, plan: &Plan) -> Result<Piece, Fault> {
                 }
             }
             piece.records += 1;
-            if cursor.to_token() {
+            if cursor.find_token() {
                 return Err(too_long(&cursor, task));
             }
         }
@@ -137,7 +137,6 @@ fn skip_list(cursor: &mut Cursor, name: &str) -> Result<(), Fault> {
 }
 
 fn too_long(cursor: &Cursor, task: &Task) -> Fault {
-    let (name, count) = (&task.element.name, task.steps.len());
-    let what = format!("the line goes on after a complete {name} record");
-    cursor.fault(what, format!("the {count} declared properties, one record a line"))
+    let what = format!("the line goes on after a complete {} record", task.element.name);
+    cursor.fault(what, "the declared properties and nothing more, one record a line")
 }

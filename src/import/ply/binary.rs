@@ -5,6 +5,7 @@ use super::faces::collapsed;
 use super::header::{Header, Kind, Scalar};
 use super::plan::{Plan, Role, Step, Task};
 use crate::error::{At, Error};
+use crate::import::unit_or_zero;
 use glam::Vec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -93,7 +94,7 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
             return Err(Fault { offset: self.at + bad * layout.stride, wrong });
         }
         if self.plan.normals {
-            let normal = |record: &[u8]| Vec3::from_array(layout.values::<BIG>(record, 3)).normalize_or_zero();
+            let normal = |record: &[u8]| unit_or_zero(Vec3::from_array(layout.values::<BIG>(record, 3)));
             records.map(normal).collect_into_vec(&mut piece.normals);
         }
         Ok(piece)
@@ -182,7 +183,7 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
             let wrong = if index as f64 == value {
                 list.push(index, corners, &mut self.piece.faces)
             } else {
-                Err(Wrong { what: format!("{value} is no vertex index"), expected: "a whole number".into() })
+                Err(Wrong { what: format!("{value:?} is no vertex index"), expected: "a whole number".into() })
             };
             wrong.map_err(|wrong| Fault { offset: start + number * item.size(), wrong })?;
         }
@@ -198,7 +199,7 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
         if value < 0.0 || count as f64 != value {
             return Err(self.fault(
                 start,
-                format!("{value} is no length for list {name}"),
+                format!("{value:?} is no length for list {name}"),
                 "a whole number, 0 or more",
             ));
         }

@@ -3,6 +3,7 @@
 use super::faces::Faces;
 use super::plan::Role;
 use crate::error::At;
+use crate::import::unit_or_zero;
 use glam::Vec3;
 use smallvec::SmallVec;
 
@@ -50,8 +51,7 @@ impl Piece {
         }
         self.positions.push(position);
         if normals {
-            // A zero normal says: shade flat here.
-            self.normals.push(Vec3::new(nx, ny, nz).normalize_or_zero());
+            self.normals.push(unit_or_zero(Vec3::new(nx, ny, nz)));
         }
         Ok(())
     }

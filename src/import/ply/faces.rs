@@ -59,7 +59,7 @@ impl Faces {
     /// Collapsed triangles are how strips turn corners, so they are not counted.
     pub fn push_strip(&mut self, strip: &[u32]) {
         for (number, corners) in strip.windows(3).enumerate() {
-            let triangle = if number % 2 == 0 { [0, 1, 2] } else { [1, 0, 2] }.map(|corner| corners[corner]);
+            let triangle = if number.is_multiple_of(2) { [0, 1, 2] } else { [1, 0, 2] }.map(|corner| corners[corner]);
             if !collapsed(triangle) {
                 self.triangles.push(triangle);
             }
@@ -68,13 +68,20 @@ impl Faces {
 
     /// Adds the faces that follow these in the file.
     pub fn append(&mut self, mut next: Faces) {
+        self.collapsed += next.collapsed;
+        self.short += next.short;
+        if self.triangles.is_empty() && self.polygons.is_empty() {
+            // Most files have one table of faces: nothing to copy.
+            self.triangles = next.triangles;
+            self.polygons = next.polygons;
+            self.corners = next.corners;
+            return;
+        }
         let (triangles, corners) = (self.triangles.len(), self.corners.len());
         let moved = |p: &Polygon| Polygon { before: p.before + triangles, end: p.end + corners };
         self.polygons.extend(next.polygons.iter().map(moved));
         self.triangles.append(&mut next.triangles);
         self.corners.append(&mut next.corners);
-        self.collapsed += next.collapsed;
-        self.short += next.short;
     }
 
     /// Splits the polygons into triangles, in file order.
