@@ -1,3 +1,4 @@
 //! Pixels: moments, convergence, output.
 
 pub mod picture;
+pub mod wireframe;
