@@ -4,7 +4,7 @@ use super::values::{self, choice, whole};
 use crate::cli::pending::stage::{Stage, UpAxis};
 use crate::cli::pending::viewpoint::CameraChoice;
 use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Roulette, Simd};
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
 
@@ -80,14 +80,14 @@ pub struct BvhArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub scene: SceneArgs,
-    /// Level of the tree whose boxes are drawn: 0 is the root.
+    /// Level of the tree whose boxes are drawn: 0 is the whole scene.
     #[arg(long, value_name = "D", default_value_t = 4, value_parser = whole(0, 1024), allow_negative_numbers = true)]
     pub depth: u32,
     /// Write the picture here; .png or .exr. May be given several times [default: comber_bvh.png].
     #[arg(short, long, short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Frame size in pixels [default: that of -c, else 960 720].
-    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+    #[arg(short = 'r', long, action = ArgAction::Set, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
           allow_negative_numbers = true)]
     pub size: Option<Vec<u32>>,
     #[command(flatten)]
@@ -106,8 +106,8 @@ pub struct BvhArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
-    /// A scene file (.dae, .ply, .obj), or `proc:NAME,KEY=VALUE,…` for a generated one, as in `proc:cubes,tris=1M`.
-    /// Without it, the scene that is built into comber is used.
+    /// A scene file (.dae, .ply, .obj); or `proc:NAME[,tris=N][,seed=S]`, a generated mesh: sphere, torus, knot,
+    /// terrain, blob, coral, soup or cubes, as in proc:knot,tris=1M. Without it, comber's own scene is used.
     #[arg(value_name = "SCENE", help_heading = None::<&str>)]
     pub path: Option<PathBuf>,
     /// The same as SCENE.
@@ -150,11 +150,11 @@ pub struct OutputArgs {
 #[command(next_help_heading = "Output")]
 pub struct FrameArgs {
     /// Frame size in pixels [default: that of -c, else 480 360].
-    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+    #[arg(short = 'r', long, action = ArgAction::Set, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
           allow_negative_numbers = true)]
     pub size: Option<Vec<u32>>,
     /// Render only the cell of DX by DY pixels whose top left corner is the pixel X, Y of the frame.
-    #[arg(short = 'p', long, num_args = 4, value_names = ["X", "Y", "DX", "DY"], value_parser = whole(0, 65536),
+    #[arg(short = 'p', long, action = ArgAction::Set, num_args = 4, value_names = ["X", "Y", "DX", "DY"], value_parser = whole(0, 65536),
           allow_negative_numbers = true)]
     pub cell: Option<Vec<u32>>,
 }
@@ -169,7 +169,7 @@ pub struct SamplingArgs {
     pub samples: u32,
     /// Adaptive sampling: after every BATCH samples, stop sampling pixels whose 95 % confidence interval has a
     /// half-width of at most TOLERANCE times the mean.
-    #[arg(short, long, num_args = 2, value_names = ["BATCH", "TOLERANCE"], allow_negative_numbers = true)]
+    #[arg(short, long, action = ArgAction::Set, num_args = 2, value_names = ["BATCH", "TOLERANCE"], allow_negative_numbers = true)]
     pub adaptive: Option<Vec<String>>,
     /// With -a, the quantile of the confidence interval [default: t].
     #[arg(long, value_name = "KIND", requires = "adaptive", value_parser = choice(CONFIDENCES))]
@@ -330,7 +330,7 @@ const ACCELS: &[(&str, &str, Accel)] = &[
 
 const TOP_EXAMPLES: &str = "\
 Examples:
-  comber render                                  the built-in scene, to comber.png and comber.exr
+  comber render                                  comber's own scene, to comber.png and comber.exr
   comber render -s 256 -m 6 -f box.png box.dae   a COLLADA scene
   comber render bunny.ply --stage studio         a bare mesh
   comber info box.dae                            what a render of it would do
@@ -362,7 +362,7 @@ Examples:
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
 const BVH_EXAMPLES: &str = "\
-The boxes are drawn over shading normals, dimmed; nearer boxes over farther ones, neighbours in different colours. A level holds the boxes of all nodes at that depth, and of the leaves above it.
+The boxes are drawn over shading normals, dimmed; nearer boxes over farther ones, neighbours in different colours. Level 0 is the box of the whole scene, level 1 has those of the root's children, and so on; branches that end above the level are not drawn.
 
 Examples:
   comber bvh --depth 0 -o root.png box.dae

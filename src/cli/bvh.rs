@@ -9,7 +9,9 @@ use super::provenance::{creation_time, provenance};
 use super::render::{render, use_threads};
 use super::report::{self, Facts};
 use super::resolve::BvhRequest;
-use crate::cli::pending::{output, units};
+use crate::cli::pending::output;
+use crate::cli::pending::units;
+use crate::error::{Error, Result};
 use crate::film::picture::Picture;
 use crate::film::wireframe::{self, Wire};
 use crate::plan::Plan;
@@ -32,12 +34,12 @@ pub fn run(args: BvhArgs) -> anyhow::Result<Done> {
     let interrupt = Interrupt::watch(request.outputs.iter().map(PathBuf::as_path))?;
     use_threads(request.options.threads)?;
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
-    let boxes = loaded.accel.boxes_at_depth(request.depth);
+    let wires = wires(&loaded, request.depth)?;
     let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
     // A picture without its lines is of no use to anyone, so a signal ends the process.
     let outcome = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
     let mut picture = outcome.picture;
-    draw(&mut picture, &loaded, &boxes);
+    draw(&mut picture, &loaded, &wires);
     picture.provenance = provenance(&loaded, &request.options, outcome.stats.samples, false, &created);
     for path in &request.outputs {
         output::write(path, &picture, 0.0)?;
@@ -50,25 +52,37 @@ pub fn run(args: BvhArgs) -> anyhow::Result<Done> {
             "camera": loaded.camera,
             "bvh": loaded.accel.stats(),
             "depth": request.depth,
-            "boxes": boxes.len(),
+            "boxes": wires.len(),
             "pictures": request.outputs.iter().map(|path| report::path_json(path)).collect::<Vec<_>>(),
             "notes": report::notes_json(&request.notes, &loaded),
         }))?;
     } else if !request.report.quiet {
-        report::print(&summary(&request, &loaded, boxes.len()))?;
+        report::print(&summary(&request, &loaded, wires.len()))?;
     }
     Ok(Done::Finished)
 }
 
-/// Dims the picture and draws the boxes over it, each in a colour of its own.
-fn draw(picture: &mut Picture, loaded: &Loaded, boxes: &[(Vec3, Vec3)]) {
+/// The boxes of one level, each in a colour of its own.
+fn wires(loaded: &Loaded, depth: u32) -> Result<Vec<Wire>> {
+    let boxes = loaded.accel.boxes_at_depth(depth);
+    if boxes.is_empty() {
+        let deepest = loaded.accel.stats().depth;
+        return Err(Error::Options(format!("the tree has no boxes at --depth {depth}; its deepest are at {deepest}")));
+    }
+    Ok(boxes
+        .iter()
+        .enumerate()
+        .map(|(index, aabb)| Wire { min: aabb.min, max: aabb.max, color: color(index) })
+        .collect())
+}
+
+/// Dims the picture and draws the boxes over it.
+fn draw(picture: &mut Picture, loaded: &Loaded, wires: &[Wire]) {
     for pixel in picture.beauty.iter_mut() {
         *pixel = pixel.map(|channel| channel * BACKGROUND);
     }
-    let wires: Vec<Wire> =
-        boxes.iter().enumerate().map(|(index, &(min, max))| Wire { min, max, color: color(index) }).collect();
     let lens = loaded.camera.lens(picture.width as u32, picture.height as u32);
-    wireframe::draw(&mut picture.beauty, picture.width, &lens, &wires);
+    wireframe::draw(&mut picture.beauty, picture.width, &lens, wires);
 }
 
 /// Colours that differ most between boxes that follow each other: hues a golden section of the circle apart.

@@ -26,13 +26,17 @@ pub enum Done {
 pub fn guard(command: impl FnOnce() -> anyhow::Result<Done>) -> ExitCode {
     panic::set_hook(Box::new(report_panic));
     // Nothing of the command is used after a panic, so nothing half-changed can be seen.
-    let status = match panic::catch_unwind(AssertUnwindSafe(command)) {
-        Ok(Ok(Done::Finished)) => 0,
-        Ok(Ok(Done::Interrupted)) => INTERRUPTED,
-        Ok(Err(error)) => report_error(&error),
-        Err(_) => FAILED,
-    };
+    let status = panic::catch_unwind(AssertUnwindSafe(command)).map_or(FAILED, status);
     ExitCode::from(status)
+}
+
+/// The exit status of a command that came to an end.
+fn status(result: anyhow::Result<Done>) -> u8 {
+    match result {
+        Ok(Done::Finished) => 0,
+        Ok(Done::Interrupted) => INTERRUPTED,
+        Err(error) => report_error(&error),
+    }
 }
 
 /// Prints an error and tells its exit status.
@@ -69,16 +73,12 @@ pub fn complain(line: &str) {
 mod tests {
     use super::*;
 
-    fn status(result: anyhow::Result<Done>) -> ExitCode {
-        guard(|| result)
-    }
-
     #[test]
     fn every_end_has_its_status() {
-        assert_eq!(status(Ok(Done::Finished)), ExitCode::from(0));
-        assert_eq!(status(Ok(Done::Interrupted)), ExitCode::from(130));
-        assert_eq!(status(Err(Error::Options("no".into()).into())), ExitCode::from(2));
-        assert_eq!(status(Err(Error::Scene("no".into()).into())), ExitCode::from(1));
-        assert_eq!(status(Err(anyhow::anyhow!("no"))), ExitCode::from(1));
+        assert_eq!(status(Ok(Done::Finished)), 0);
+        assert_eq!(status(Ok(Done::Interrupted)), 130);
+        assert_eq!(status(Err(Error::Options("no".into()).into())), 2);
+        assert_eq!(status(Err(Error::Scene("no".into()).into())), 1);
+        assert_eq!(status(Err(anyhow::anyhow!("no"))), 1);
     }
 }

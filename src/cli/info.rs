@@ -77,26 +77,18 @@ fn camera(loaded: &Loaded, plan: &Plan) -> String {
     facts.text()
 }
 
-/// The numbers of the structure, by the names that they have in the JSON report.
+/// The acceleration structure in numbers.
 pub fn accel(loaded: &Loaded) -> String {
+    let stats = loaded.accel.stats();
     let mut facts = Facts::default();
-    if let Value::Object(stats) = json!(loaded.accel.stats()) {
-        for (name, value) in stats {
-            facts.add(&name.replace('_', " "), number(&value));
-        }
-    }
-    facts.add("built in", report::seconds(loaded.seconds.build));
+    facts.add("primitives", units::count(stats.primitives as u64));
+    facts.add("inner nodes", format!("{} in {} levels", units::count(stats.nodes as u64), stats.depth));
+    facts.add("leaf blocks", units::count(stats.leaf_blocks as u64));
+    facts.add("SAH cost", format!("{:.2} nodes and blocks a ray that meets the scene's box", stats.sah_cost));
+    let (bytes, each) = (units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
+    facts.add("memory", format!("{bytes}, {each:.1} B a primitive"));
+    facts.add("built in", report::seconds(stats.build_seconds));
     facts.text()
-}
-
-/// A JSON value for people.
-fn number(value: &Value) -> String {
-    match (value.as_u64(), value.as_f64(), value) {
-        (Some(whole), ..) => units::count(whole),
-        (None, Some(number), _) => format!("{number:.3}"),
-        (None, None, Value::String(text)) => text.clone(),
-        _ => value.to_string(),
-    }
 }
 
 fn stages(plan: &Plan) -> String {

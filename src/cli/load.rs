@@ -5,9 +5,11 @@ use super::camera;
 use super::exit::complain;
 use super::resolve::{SceneRequest, SceneSource, ViewRequest};
 use crate::bvh::Accel;
+use crate::cli::pending::default;
+use crate::cli::pending::import;
+use crate::cli::pending::procedural;
 use crate::cli::pending::progress::Progress;
 use crate::cli::pending::stage::{self, Stage};
-use crate::cli::pending::{default, import, procedural};
 use crate::error::{Error, Note, Result};
 use crate::options::RenderOptions;
 use crate::scene::Scene;
@@ -47,8 +49,8 @@ pub struct LoadSeconds {
 pub fn load(request: &SceneRequest, view: &ViewRequest, options: &RenderOptions, report: ReportArgs) -> Result<Loaded> {
     let show = !report.quiet;
     let (staged, read) = phase("reading", show, || {
-        let description = describe(&request.source)?;
-        let staged = put_on_stage(description, request)?;
+        let (description, camera) = describe(&request.source)?;
+        let staged = put_on_stage(description, camera, request)?;
         let camera = camera::resolve(view, &staged, options)?;
         Ok((staged.description, staged.stage, camera))
     })?;
@@ -56,7 +58,7 @@ pub fn load(request: &SceneRequest, view: &ViewRequest, options: &RenderOptions,
     let name = description.name.clone();
     let (scene, prepare) = phase("preparing", show, || Scene::build(description, request.options))?;
     print_notes(&scene.notes, report);
-    let (accel, build) = phase("building", show, || Ok(Accel::build(&scene.shapes, options.accel)))?;
+    let (accel, build) = phase("building", show, || Accel::build(&scene.shapes, options.accel))?;
     Ok(Loaded { name, stage, scene, accel, camera, seconds: LoadSeconds { read, prepare, build } })
 }
 
@@ -66,7 +68,7 @@ pub struct Staged {
     pub description: SceneDescription,
     /// Name of the stage.
     pub stage: &'static str,
-    /// The camera that the stage came with.
+    /// The camera that came with the stage or the built-in scene.
     pub camera: Option<Camera>,
 }
 
@@ -79,19 +81,20 @@ fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result
     Ok((result, start.elapsed().as_secs_f64()))
 }
 
-fn describe(source: &SceneSource) -> Result<SceneDescription> {
+/// A scene, and the camera that comes with it if that is not a node of its file.
+fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> {
     match source {
-        SceneSource::BuiltIn => Ok(default::description()),
-        SceneSource::Generated(specification) => procedural::generate(specification),
-        SceneSource::File(path) => import::load(path),
+        SceneSource::BuiltIn => default::description().map(|staged| (staged.description, Some(staged.camera))),
+        SceneSource::Generated(specification) => Ok((procedural::generate(specification)?, None)),
+        SceneSource::File(path) => Ok((import::load(path)?, None)),
     }
 }
 
 /// Puts a description on the stage that was asked for, or that suits it.
 ///
 /// `none` leaves a scene with a camera alone; others are framed by it.
-fn put_on_stage(description: SceneDescription, request: &SceneRequest) -> Result<Staged> {
-    let complete = description.camera.is_some();
+fn put_on_stage(description: SceneDescription, camera: Option<Camera>, request: &SceneRequest) -> Result<Staged> {
+    let complete = camera.is_some() || description.camera.is_some();
     let stage = match request.stage {
         Some(stage) => stage,
         None if complete || has_lights(&description) => Stage::None,
@@ -104,7 +107,7 @@ fn put_on_stage(description: SceneDescription, request: &SceneRequest) -> Result
     };
     if complete && stage == Stage::None {
         return match request.up {
-            None => Ok(Staged { description, stage: name, camera: None }),
+            None => Ok(Staged { description, stage: name, camera }),
             Some(_) => Err(Error::Options(format!(
                 "--up turns scenes that are put on a stage or framed, but {} has a camera of its own",
                 description.name

@@ -9,18 +9,30 @@ use serde::Serialize;
 
 /// What a built tree looks like.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Stats {
-    pub nodes: u64,
+pub struct BvhStats {
+    pub primitives: usize,
+    pub nodes: usize,
+    pub leaf_blocks: usize,
+    pub depth: u32,
+    pub sah_cost: f64,
+    pub bytes: usize,
+    pub bytes_per_primitive: f64,
+    pub build_seconds: f64,
+}
+
+pub struct Aabb {
+    pub min: Vec3,
+    pub max: Vec3,
 }
 
 impl Accel {
-    pub fn build(shapes: &Shapes, kind: options::Accel) -> Accel {
+    pub fn build(shapes: &Shapes, kind: options::Accel) -> crate::error::Result<Accel> {
         todo!()
     }
-    pub fn stats(&self) -> Stats {
+    pub fn stats(&self) -> BvhStats {
         todo!()
     }
-    pub fn boxes_at_depth(&self, depth: u32) -> Vec<(Vec3, Vec3)> {
+    pub fn boxes_at_depth(&self, depth: u32) -> Vec<Aabb> {
         todo!()
     }
 }
@@ -43,8 +55,9 @@ pub mod procedural {
 }
 
 pub mod default {
-    use crate::scene::description::SceneDescription;
-    pub fn description() -> SceneDescription {
+    use super::stage::Staged;
+    use crate::error::Result;
+    pub fn description() -> Result<Staged> {
         todo!()
     }
 }

@@ -2,7 +2,8 @@
 
 use super::load::Loaded;
 use super::resolve::Outputs;
-use crate::cli::pending::{memory, units};
+use crate::cli::pending::memory;
+use crate::cli::pending::units;
 use crate::drive::{Outcome, RenderStats};
 use crate::error::Note;
 use crate::options::RenderOptions;

@@ -324,3 +324,144 @@ fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Option
     let explicit = Explicit { position: args.vp, target: args.vi, up: args.vu, xfov: args.xfov, yfov: args.yfov };
     Ok((ViewRequest { framing, explicit }, size))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::{Cli, Command};
+    use crate::options::Roulette;
+    use clap::Parser as _;
+    use glam::DVec3;
+
+    fn resolve(line: &str) -> Result<RenderRequest> {
+        let words = ["comber", "render"].into_iter().chain(line.split_whitespace()).map(Into::into);
+        match Cli::try_parse_from(values::join_vectors(words)).expect("clap accepts it").command {
+            Command::Render(args) => RenderRequest::new(args),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn refused(line: &str) -> String {
+        match resolve(line) {
+            Err(Error::Options(why)) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn clap_finds_no_mistake_in_the_definition() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn without_arguments_the_defaults_hold() {
+        let request = resolve("").unwrap();
+        assert_eq!(request.scene.source, SceneSource::BuiltIn);
+        assert_eq!(request.view, ViewRequest { framing: Framing::Scene, explicit: Explicit::default() });
+        assert_eq!(request.outputs.pictures, ["comber.png", "comber.exr"].map(PathBuf::from));
+        assert_eq!(request.outputs.rate, None);
+        assert!(request.notes.is_empty());
+        let expected = RenderOptions { aovs: true, ..RenderOptions::default() };
+        assert_eq!(format!("{:?}", request.options), format!("{expected:?}"));
+    }
+
+    #[test]
+    fn a_command_line_of_the_course() {
+        let request =
+            resolve("-t 8 -s 64 -l 32 -m 6 -r 640 360 -a 16 0.05 -p 1 2 3 4 -H -f out.png scene.dae").unwrap();
+        let options = &request.options;
+        assert_eq!(request.scene.source, SceneSource::File("scene.dae".into()));
+        assert_eq!((options.width, options.height), (640, 360));
+        assert_eq!(options.cell, Some(Cell { x: 1, y: 2, width: 3, height: 4 }));
+        assert_eq!((options.samples, options.light_samples, options.max_depth), (64, 32, 6));
+        assert_eq!((options.threads, options.direct), (Some(8), Direct::Hemisphere));
+        let adaptive = Adaptive { batch: 16, tolerance: 0.05, confidence: Confidence::T, min_samples: 16 };
+        assert_eq!(options.adaptive, Some(adaptive));
+        assert!(!options.aovs, "a PNG has no layers");
+        assert_eq!(request.outputs.pictures, [PathBuf::from("out.png")]);
+        assert_eq!(request.outputs.rate, Some("out_rate.png".into()));
+    }
+
+    #[test]
+    fn the_last_of_two_wins_but_outputs_add_up() {
+        let request = resolve("-s 1 -s 2 -r 1 2 -r 3 4 -a 1 0.1 -a 2 0.2 -o a.png --outfile b.EXR").unwrap();
+        assert_eq!((request.options.samples, request.options.width, request.options.height), (2, 3, 4));
+        assert_eq!(request.options.adaptive.map(|adaptive| adaptive.batch), Some(2));
+        assert_eq!(request.outputs.pictures, ["a.png", "b.EXR"].map(PathBuf::from));
+        assert!(request.options.aovs);
+    }
+
+    #[test]
+    fn adaptive_sampling() {
+        let adaptive = |line: &str| resolve(line).unwrap().options.adaptive.unwrap();
+        assert_eq!(adaptive("-a 1 0.1").min_samples, 2, "one sample has no variance");
+        let course = Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::Z, min_samples: 4 };
+        assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4"), course);
+        assert_eq!(resolve("-s 8 -a 8 0.1").unwrap().notes.len(), 1, "it has no effect");
+        assert_eq!(resolve("-s 9 -a 8 0.1").unwrap().notes.len(), 0);
+        assert!(refused("-s 8 -a 4 0.1 --min-samples 9").contains("9"));
+        assert!(refused("-a 1.5 0.1").contains("BATCH"));
+        assert!(refused("-a 4 inf").contains("TOLERANCE"));
+    }
+
+    #[test]
+    fn scenes_come_from_three_places() {
+        let source = |line: &str| resolve(line).unwrap().scene.source;
+        assert_eq!(source("proc:cubes,tris=1M"), SceneSource::Generated("proc:cubes,tris=1M".into()));
+        assert_eq!(source("--scene proc:cubes"), SceneSource::Generated("proc:cubes".into()));
+        assert_eq!(source("--scene a.ply"), SceneSource::File("a.ply".into()));
+        assert_eq!(source(""), SceneSource::BuiltIn);
+    }
+
+    #[test]
+    fn views() {
+        let view = |line: &str| resolve(line).unwrap().view;
+        let explicit = Explicit {
+            position: Some(DVec3::new(-1.0, 2.0, -0.003)),
+            target: Some(DVec3::ZERO),
+            up: Some(DVec3::NEG_Z),
+            xfov: None,
+            yfov: Some(30.0),
+        };
+        let both = ["--vp -1 2 -3e-3 --vi 0 0 0 --vu 0 0 -1", "--vp -1,2,-3e-3 --vi=0,0,0 --vu 0,0,-1"];
+        for line in both {
+            let expected = ViewRequest { framing: Framing::Scene, explicit };
+            assert_eq!(view(&format!("{line} --yfov 30 a.dae")), expected);
+        }
+        assert_eq!(view("--camera file").framing, Framing::Choice(CameraChoice::File));
+    }
+
+    #[test]
+    fn cells_stay_within_the_frame() {
+        assert!(resolve("-r 10 8 -p 9 7 1 1").is_ok());
+        assert!(refused("-r 10 8 -p 9 7 2 1").contains("pixel 10, 7"));
+        assert!(refused("-r 10 8 -p 9 7 1 2").contains("pixel 9, 8"));
+        assert!(refused("-p 65536 65536 65536 65536").contains("480 × 360"));
+        assert!(refused("-p 0 0 1 0").contains("empty"));
+    }
+
+    #[test]
+    fn a_part_of_a_frame_that_is_too_large_may_be_rendered() {
+        assert!(resolve("-r 16384 16384").is_ok());
+        assert!(resolve("-r 65536 65536 -p 65000 65000 100 100").is_ok());
+    }
+
+    #[test]
+    fn what_has_no_effect_is_noted() {
+        for line in ["--direct bsdf -l 4", "--exposure 1 -o a.exr"] {
+            let notes = resolve(line).unwrap().notes;
+            assert!(notes.len() == 1 && notes[0].warning, "{line}: {notes:?}");
+        }
+        assert_eq!(resolve("--roulette fixed:0.5").unwrap().options.roulette, Roulette::Fixed(0.5));
+    }
+
+    #[test]
+    fn heat_maps_stand_beside_the_picture() {
+        let rate = |line: &str| resolve(line).unwrap().outputs.rate;
+        assert_eq!(rate("-a 8 0.1 -o b.exr -o dir/a.b.PNG"), Some("dir/a.b_rate.png".into()));
+        assert_eq!(rate("-a 8 0.1 -o b.exr"), None);
+        assert_eq!(rate("--rate r.png -o b.exr"), Some("r.png".into()));
+        assert!(refused("--rate r.exr").contains(".png"));
+        assert!(refused("-a 8 0.1 -o a.png -o a_rate.png").contains("same file"));
+    }
+}
