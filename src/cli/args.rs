@@ -345,14 +345,18 @@ Examples:
   comber render proc:cubes,tris=1M --stage cornell -r 960 720
   comber render bunny.ply --up z --vp -0.5,1,3 --vi 0,0.5,0 --yfov 30
 
-Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second signal ends comber at once, and earlier files stay as they were.
+Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second \
+signal ends comber at once, and earlier files stay as they were.
 
-The same scene, options and seed give the same pictures, byte for byte, whatever the threads, wave size and instruction set. EXR files also state when they were made; set SOURCE_DATE_EPOCH (seconds since 1970) to fix that too.
+The same scene, options and seed give the same pictures, byte for byte, whatever the threads, wave size and \
+instruction set. EXR files also state when they were made; set SOURCE_DATE_EPOCH (seconds since 1970) to fix \
+that too.
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
 const INFO_EXAMPLES: &str = "\
-Takes every option of `comber render`, so that a command can be explained by changing one word. Reads the scene and builds the tree, but renders and writes nothing.
+Takes every option of `comber render`, so that a command can be explained by changing one word. Reads the scene \
+and builds the tree, but renders and writes nothing.
 
 Examples:
   comber info box.dae
@@ -362,7 +366,9 @@ Examples:
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
 const BVH_EXAMPLES: &str = "\
-The boxes are drawn over shading normals, dimmed; nearer boxes over farther ones, neighbours in different colours. Level 0 is the box of the whole scene, level 1 has those of the root's children, and so on; branches that end above the level are not drawn.
+The boxes are drawn over shading normals, dimmed; nearer boxes over farther ones, neighbours in different \
+colours. Level 0 is the box of the whole scene, level 1 has those of the root's children, and so on; branches \
+that end above the level are not drawn.
 
 Examples:
   comber bvh --depth 0 -o root.png box.dae
