@@ -83,7 +83,6 @@ fn misuse_says_what_is_allowed() {
         ("render -r 0 5", "from 1 to 65536"),
         ("render -r 5 65537", "from 1 to 65536"),
         ("render -r 640", "2 values required"),
-        ("render -r 65536 65536", "4,294,967,296 pixels"),
         ("render -p 1 2 3", "4 values required"),
         ("render -p 0 0 0 5", "the cell (-p) is empty"),
         ("render -r 10 10 -p 5 5 5 6", "the frame (-r) has 10 × 10 pixels"),
@@ -121,6 +120,17 @@ fn misuse_says_what_is_allowed() {
         assert!(output.stdout.is_empty(), "comber {arguments}");
     }
     assert!(names(dir.path()).is_empty(), "misuse leaves nothing behind");
+}
+
+#[test]
+#[ignore = "until the renderer is merged"]
+fn frames_that_no_memory_holds_are_misuse() {
+    let dir = directory();
+    let output = line(dir.path(), "render -r 65536 65536");
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    for part in ["4,294,967,296 pixels", "GiB", "16384 × 16384", "-p"] {
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
 }
 
 #[test]

@@ -38,29 +38,29 @@ pub enum Command {
 #[derive(Debug, Args)]
 #[command(args_override_self = true, after_help = RENDER_NOTES)]
 pub struct RenderArgs {
+    /// Which scene.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub scene: SceneArgs,
+    /// Which files.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub output: OutputArgs,
+    /// How large.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub frame: FrameArgs,
+    /// How many samples.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub sampling: SamplingArgs,
+    /// Which light.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub transport: TransportArgs,
+    /// From where.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub camera: CameraArgs,
+    /// How fast.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub speed: SpeedArgs,
+    /// What to say.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub report: ReportArgs,
 }
 
@@ -68,8 +68,8 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(args_override_self = true, after_help = INFO_EXAMPLES)]
 pub struct InfoArgs {
+    /// The render to explain.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub render: RenderArgs,
 }
 
@@ -77,28 +77,28 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(args_override_self = true, after_help = BVH_EXAMPLES)]
 pub struct BvhArgs {
+    /// Which scene.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub scene: SceneArgs,
     /// Level of the tree whose boxes are drawn: 0 is the whole scene.
     #[arg(long, value_name = "D", default_value_t = 4, value_parser = whole(0, 1024), allow_negative_numbers = true)]
     pub depth: u32,
     /// Write the picture here; .png or .exr. May be given several times [default: comber_bvh.png].
-    #[arg(short, long, short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
+    #[arg(short, long, visible_short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Frame size in pixels [default: that of -c, else 960 720].
-    #[arg(short = 'r', long, action = ArgAction::Set, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
-          allow_negative_numbers = true)]
+    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
     pub size: Option<Vec<u32>>,
+    /// From where.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub camera: CameraArgs,
     /// Worker threads [default: one a processor].
     #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
           allow_negative_numbers = true, help_heading = "Speed (the picture stays the same)")]
     pub threads: Option<u32>,
+    /// What to say.
     #[command(flatten)]
-    #[allow(missing_docs)]
     pub report: ReportArgs,
 }
 
@@ -134,7 +134,7 @@ pub struct SceneArgs {
 pub struct OutputArgs {
     /// Write the picture here; may be given several times. FILE.png is for looking at, FILE.exr has linear floats
     /// and the layers albedo, normal, depth, variance and sample count [default: comber.png and comber.exr].
-    #[arg(short, long, short_alias = 'f', visible_short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
+    #[arg(short, long, visible_short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Write a heat map of the samples that each pixel got, with a legend [default: with -a and a PNG output
     /// NAME.png, NAME_rate.png].
@@ -146,16 +146,18 @@ pub struct OutputArgs {
 }
 
 /// How large, and which part.
+///
+/// Lists of a fixed length are set, not appended to: of two, the last counts, as for single values.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Output")]
 pub struct FrameArgs {
     /// Frame size in pixels [default: that of -c, else 480 360].
-    #[arg(short = 'r', long, action = ArgAction::Set, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
-          allow_negative_numbers = true)]
+    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
     pub size: Option<Vec<u32>>,
     /// Render only the cell of DX by DY pixels whose top left corner is the pixel X, Y of the frame.
-    #[arg(short = 'p', long, action = ArgAction::Set, num_args = 4, value_names = ["X", "Y", "DX", "DY"], value_parser = whole(0, 65536),
-          allow_negative_numbers = true)]
+    #[arg(short = 'p', long, num_args = 4, value_names = ["X", "Y", "DX", "DY"], value_parser = whole(0, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
     pub cell: Option<Vec<u32>>,
 }
 
@@ -169,7 +171,8 @@ pub struct SamplingArgs {
     pub samples: u32,
     /// Adaptive sampling: after every BATCH samples, stop sampling pixels whose 95 % confidence interval has a
     /// half-width of at most TOLERANCE times the mean.
-    #[arg(short, long, action = ArgAction::Set, num_args = 2, value_names = ["BATCH", "TOLERANCE"], allow_negative_numbers = true)]
+    #[arg(short, long, num_args = 2, value_names = ["BATCH", "TOLERANCE"], action = ArgAction::Set,
+          allow_negative_numbers = true)]
     pub adaptive: Option<Vec<String>>,
     /// With -a, the quantile of the confidence interval [default: t].
     #[arg(long, value_name = "KIND", requires = "adaptive", value_parser = choice(CONFIDENCES))]

@@ -138,3 +138,30 @@ pub fn print_notes(notes: &[Note], report: ReportArgs) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::At;
+    use crate::scene::description::{MaterialDescription, MeshDescription, Surface};
+    use glam::Vec3;
+
+    #[test]
+    fn a_scene_is_lit_by_what_it_uses() {
+        let material = |emission| MaterialDescription {
+            name: String::new(),
+            at: At::File,
+            surface: Surface::Diffuse { albedo: Vec3::ONE },
+            emission,
+        };
+        let with_mesh_of = |material: u32, materials: Vec<MaterialDescription>| SceneDescription {
+            meshes: vec![MeshDescription { material, ..Default::default() }],
+            materials,
+            ..Default::default()
+        };
+        let materials = vec![material(Vec3::ZERO), material(Vec3::X)];
+        assert!(has_lights(&with_mesh_of(1, materials.clone())));
+        assert!(!has_lights(&with_mesh_of(0, materials)), "the material that emits is not used");
+        assert!(!has_lights(&with_mesh_of(0, Vec::new())));
+    }
+}

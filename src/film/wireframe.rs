@@ -99,7 +99,8 @@ struct Line {
 }
 
 impl Line {
-    /// The part that can touch an image of `size` (Liang and Barsky 1984, "A new concept and method for line clipping").
+    /// The part that can touch an image of `size` (Liang and Barsky 1984, "A new concept and method for line
+    /// clipping").
     fn within(self, size: Vec2) -> Option<Line> {
         let [a, b] = self.ends;
         let step = b - a;
