@@ -1,6 +1,7 @@
 //! # comber: a wavefront path tracer for the CPU
 
 pub mod bvh;
+pub mod cli;
 pub mod drive;
 pub mod error;
 pub mod film;

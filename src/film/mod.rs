@@ -10,3 +10,4 @@ pub mod output;
 pub mod picture;
 pub mod png_output;
 pub mod tile;
+pub mod wireframe;

@@ -1,0 +1,380 @@
+//! Arguments as typed. What they mean together is decided in [`super::resolve`].
+
+use super::values::{self, choice, whole};
+use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Roulette, Simd};
+use crate::scene::stage::{Stage, UpAxis};
+use crate::scene::viewpoint::CameraChoice;
+use clap::{ArgAction, Args, Parser, Subcommand};
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// The most samples a pixel, and the largest batch: two of them still add up in 32 bits.
+pub const MAX_SAMPLES: u32 = i32::MAX as u32;
+
+/// A wavefront path tracer for the CPU.
+///
+/// comber renders triangle meshes and spheres by path tracing: many paths advance together, one stage at a
+/// time. It reads COLLADA (.dae), PLY and OBJ files, makes test scenes of any size, and writes OpenEXR and PNG.
+#[derive(Debug, Parser)]
+#[command(name = "comber", version, propagate_version = true, after_help = TOP_EXAMPLES, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a picture.
+    Render(RenderArgs),
+    /// Explain what a render would do, and with what: stages, columns, memory, scene, tree.
+    Info(InfoArgs),
+    /// Draw the boxes of one level of the bounding volume hierarchy.
+    Bvh(BvhArgs),
+}
+
+/// `comber render`.
+#[derive(Debug, Args)]
+#[command(args_override_self = true, after_help = RENDER_NOTES)]
+pub struct RenderArgs {
+    /// Which scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Which files.
+    #[command(flatten)]
+    pub output: OutputArgs,
+    /// How large.
+    #[command(flatten)]
+    pub frame: FrameArgs,
+    /// How many samples.
+    #[command(flatten)]
+    pub sampling: SamplingArgs,
+    /// Which light.
+    #[command(flatten)]
+    pub transport: TransportArgs,
+    /// From where.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// How fast.
+    #[command(flatten)]
+    pub speed: SpeedArgs,
+    /// What to say.
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// `comber info`.
+#[derive(Debug, Args)]
+#[command(args_override_self = true, after_help = INFO_EXAMPLES)]
+pub struct InfoArgs {
+    /// The render to explain.
+    #[command(flatten)]
+    pub render: RenderArgs,
+}
+
+/// `comber bvh`.
+#[derive(Debug, Args)]
+#[command(args_override_self = true, after_help = BVH_EXAMPLES)]
+pub struct BvhArgs {
+    /// Which scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Level of the tree whose boxes are drawn: 0 is the whole scene.
+    #[arg(long, value_name = "D", default_value_t = 4, value_parser = whole(0, 1024), allow_negative_numbers = true)]
+    pub depth: u32,
+    /// Write the picture here; .png or .exr. May be given several times [default: comber_bvh.png].
+    #[arg(short, long, visible_short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Frame size in pixels [default: that of -c, else 960 720].
+    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
+    pub size: Option<Vec<u32>>,
+    /// From where.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Worker threads [default: one a processor].
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
+          allow_negative_numbers = true, help_heading = "Speed (the picture stays the same)")]
+    pub threads: Option<u32>,
+    /// What to say.
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// Which scene, and what is made of it.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneArgs {
+    /// A scene file (.dae, .ply, .obj); or `proc:NAME[,tris=N][,seed=S]`, a generated mesh: sphere, torus, knot,
+    /// terrain, blob, coral, soup or cubes, as in proc:knot,tris=1M. Without it, comber's own scene is used.
+    #[arg(value_name = "SCENE", help_heading = None::<&str>)]
+    pub path: Option<PathBuf>,
+    /// The same as SCENE.
+    #[arg(long, value_name = "SCENE", conflicts_with = "path")]
+    pub scene: Option<PathBuf>,
+    /// Put the scene on a stage with light and camera, in place of its own [default: cornell for scenes with neither
+    /// light nor camera, none for others].
+    #[arg(long, value_name = "STAGE", value_parser = choice(STAGES))]
+    pub stage: Option<Stage>,
+    /// The axis that points up in a scene that is put on a stage or framed [default: y].
+    #[arg(long, value_name = "AXIS", value_parser = choice(UP_AXES))]
+    pub up: Option<UpAxis>,
+    /// Normals used for shading.
+    #[arg(long, value_name = "KIND", default_value = "smooth", value_parser = choice(NORMALS))]
+    pub normals: Normals,
+    /// Render materials that are not modelled as diffuse ones, with a warning, instead of failing.
+    #[arg(long)]
+    pub substitute_materials: bool,
+}
+
+/// Which files, and how they look.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub struct OutputArgs {
+    /// Write the picture here; may be given several times. FILE.png is for looking at, FILE.exr has linear floats
+    /// and the layers albedo, normal, depth, variance and sample count [default: comber.png and comber.exr].
+    #[arg(short, long, visible_short_alias = 'f', visible_alias = "outfile", value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Write a heat map of the samples that each pixel got, with a legend [default: with -a and a PNG output
+    /// NAME.png, NAME_rate.png].
+    #[arg(long, value_name = "FILE.png")]
+    pub rate: Option<PathBuf>,
+    /// Multiply PNG outputs by 2 to this power. EXR outputs keep the measured radiance.
+    #[arg(long, value_name = "STOPS", value_parser = values::exposure, allow_negative_numbers = true)]
+    pub exposure: Option<f32>,
+}
+
+/// How large, and which part.
+///
+/// Lists of a fixed length are set, not appended to: of two, the last counts, as for single values.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub struct FrameArgs {
+    /// Frame size in pixels [default: that of -c, else 480 360].
+    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
+    pub size: Option<Vec<u32>>,
+    /// Render only the cell of DX by DY pixels whose top left corner is the pixel X, Y of the frame.
+    #[arg(short = 'p', long, num_args = 4, value_names = ["X", "Y", "DX", "DY"], value_parser = whole(0, 65536),
+          action = ArgAction::Set, allow_negative_numbers = true)]
+    pub cell: Option<Vec<u32>>,
+}
+
+/// How many samples, and where.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct SamplingArgs {
+    /// Samples a pixel; with -a, the most that a pixel gets.
+    #[arg(short, long, visible_alias = "spp", value_name = "N", default_value_t = 64,
+          value_parser = whole(1, MAX_SAMPLES), allow_negative_numbers = true)]
+    pub samples: u32,
+    /// Adaptive sampling: after every BATCH samples, stop sampling pixels whose 95 % confidence interval has a
+    /// half-width of at most TOLERANCE times the mean.
+    #[arg(short, long, num_args = 2, value_names = ["BATCH", "TOLERANCE"], action = ArgAction::Set,
+          allow_negative_numbers = true)]
+    pub adaptive: Option<Vec<String>>,
+    /// With -a, the quantile of the confidence interval [default: t].
+    #[arg(long, value_name = "KIND", requires = "adaptive", value_parser = choice(CONFIDENCES))]
+    pub confidence: Option<Confidence>,
+    /// With -a, no pixel stops with fewer samples [default: BATCH, at least 2].
+    #[arg(long, value_name = "N", requires = "adaptive", value_parser = whole(2, MAX_SAMPLES),
+          allow_negative_numbers = true)]
+    pub min_samples: Option<u32>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0, u32::MAX),
+          allow_negative_numbers = true)]
+    pub seed: u32,
+}
+
+/// Which light is simulated, and how.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Light transport")]
+pub struct TransportArgs {
+    /// What the picture shows.
+    #[arg(long, value_name = "WHAT", default_value = "path", value_parser = choice(INTEGRATORS))]
+    pub integrator: Integrator,
+    /// The most bounces of a path: 0 shows emission only, 1 direct light too, 2 the first indirect light, ….
+    #[arg(short = 'm', long, value_name = "N", default_value_t = 5, value_parser = whole(0, 65536),
+          allow_negative_numbers = true)]
+    pub depth: u32,
+    /// Rays towards each area light at each point of a path; with -H, rays over the hemisphere per light.
+    #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = whole(1, 4096),
+          allow_negative_numbers = true)]
+    pub light_samples: u32,
+    /// How direct light is estimated [default: mis].
+    #[arg(long, value_name = "HOW", value_parser = choice(DIRECTS))]
+    pub direct: Option<Direct>,
+    /// The same as --direct hemisphere.
+    #[arg(short = 'H', long)]
+    pub hemisphere: bool,
+    /// When paths end early: `off`; `fixed:P` goes on with probability P, above 0 and at most 1; `throughput[:START]`
+    /// goes on with the probability of the path's throughput, at most 0.95, once START bounces are done.
+    #[arg(long, value_name = "WHEN", default_value = "throughput:3", value_parser = values::roulette)]
+    pub roulette: Roulette,
+}
+
+/// From where.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArgs {
+    /// How the camera of the scene is placed [default: course if the scene file has the course's profile, file if
+    /// it has another camera; scenes without camera are framed, or seen as their stage has it].
+    #[arg(long, value_name = "HOW", value_parser = choice(CAMERAS))]
+    pub camera: Option<CameraChoice>,
+    /// Take camera and frame size from a settings file, as the course's renderer saves it.
+    #[arg(short, long, value_name = "FILE", conflicts_with = "camera")]
+    pub camera_settings: Option<PathBuf>,
+    /// Put the camera here [default: with --vi, as far from there as the camera was from the centre of the scene].
+    /// Vectors may also be three separate numbers: --vp 1 2 3.
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub vp: Option<DVec3>,
+    /// Look at this point [default: with --vp, the centre of the scene].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub vi: Option<DVec3>,
+    /// This direction is up in the picture [default: 0,1,0].
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub vu: Option<DVec3>,
+    /// Horizontal field of view. Frames of another shape than --xfov and --yfov prescribe show more, never less.
+    #[arg(long, value_name = "DEGREES", value_parser = values::angle, allow_negative_numbers = true)]
+    pub xfov: Option<f64>,
+    /// Vertical field of view.
+    #[arg(long, value_name = "DEGREES", value_parser = values::angle, allow_negative_numbers = true)]
+    pub yfov: Option<f64>,
+}
+
+/// What changes the time but not the picture.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Speed (the picture stays the same)")]
+pub struct SpeedArgs {
+    /// Worker threads [default: one a processor].
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
+          allow_negative_numbers = true)]
+    pub threads: Option<u32>,
+    /// Paths that advance together [default: as many as suit the cache].
+    #[arg(long, value_name = "N", value_parser = whole(1, 1 << 24), allow_negative_numbers = true)]
+    pub wave: Option<u32>,
+    /// Instruction set.
+    #[arg(long, value_name = "SET", default_value = "auto", value_parser = choice(SIMDS))]
+    pub simd: Simd,
+    /// What answers ray queries.
+    #[arg(long, value_name = "KIND", default_value = "bvh", value_parser = choice(ACCELS))]
+    pub accel: Accel,
+}
+
+/// What is said about it.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Report")]
+pub struct ReportArgs {
+    /// Print the report as JSON on standard output, and nothing else there.
+    #[arg(long)]
+    pub json: bool,
+    /// No progress, notes or summary. Warnings and errors remain.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+const STAGES: &[(&str, &str, Stage)] = &[
+    ("cornell", "the course's box, with its light and its camera", Stage::Cornell),
+    ("studio", "a backdrop with three lights, seen from the side", Stage::Studio),
+    ("none", "left where it is; if it has no camera it is framed, and lit if it is dark", Stage::None),
+];
+
+const UP_AXES: &[(&str, &str, UpAxis)] =
+    &[("x", "+x is up", UpAxis::X), ("y", "+y is up", UpAxis::Y), ("z", "+z is up", UpAxis::Z)];
+
+const NORMALS: &[(&str, &str, Normals)] = &[
+    ("smooth", "interpolated vertex normals, where the scene has them", Normals::Smooth),
+    ("flat", "the triangle's own", Normals::Flat),
+];
+
+const CONFIDENCES: &[(&str, &str, Confidence)] = &[
+    ("z", "normal: 1.96, as in the course", Confidence::Z),
+    ("t", "Student's t, wider for few samples", Confidence::T),
+];
+
+const INTEGRATORS: &[(&str, &str, Integrator)] = &[
+    ("path", "all light up to the depth limit", Integrator::Path),
+    ("direct", "emission and direct light", Integrator::Direct),
+    ("zero-bounce", "emission alone", Integrator::ZeroBounce),
+    ("one-bounce", "direct light alone", Integrator::OneBounce),
+    ("indirect-only", "indirect light alone", Integrator::IndirectOnly),
+    ("normals", "shading normals as colours", Integrator::Normals),
+    ("bvh-cost", "nodes of the tree that camera rays visit, as a heat map", Integrator::BvhCost),
+];
+
+const DIRECTS: &[(&str, &str, Direct)] = &[
+    ("hemisphere", "uniform directions over the hemisphere, as in the course", Direct::Hemisphere),
+    ("light", "points on the lights", Direct::Light),
+    ("bsdf", "the ray that continues the path, and nothing else", Direct::Bsdf),
+    ("mis", "lights and continuing ray, weighted by the power heuristic", Direct::Mis),
+];
+
+const CAMERAS: &[(&str, &str, CameraChoice)] = &[
+    (
+        "course",
+        "as the course's renderer places it, seeing at any size what that shows at 480 × 360",
+        CameraChoice::Course,
+    ),
+    ("course-pixels", "as the course's renderer places it and shows at this very size", CameraChoice::CoursePixels),
+    ("file", "where the scene file says", CameraChoice::File),
+];
+
+const SIMDS: &[(&str, &str, Simd)] = &[
+    ("auto", "the best that this processor has", Simd::Auto),
+    ("baseline", "what every processor of this kind has", Simd::Baseline),
+    ("avx2", "AVX2 and FMA", Simd::Avx2),
+];
+
+const ACCELS: &[(&str, &str, Accel)] = &[
+    ("bvh", "bounding volume hierarchy of four-wide nodes", Accel::Bvh),
+    ("brute", "every ray against every primitive", Accel::Brute),
+];
+
+const TOP_EXAMPLES: &str = "\
+Examples:
+  comber render                                  comber's own scene, to comber.png and comber.exr
+  comber render -s 256 -m 6 -f box.png box.dae   a COLLADA scene
+  comber render bunny.ply --stage studio         a bare mesh
+  comber info box.dae                            what a render of it would do
+  comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const RENDER_NOTES: &str = "\
+Examples:
+  comber render -t 8 -s 64 -l 32 -m 6 -r 480 360 -f box.png box.dae
+  comber render -s 2048 -a 64 0.05 -o box.exr -o box.png box.dae
+  comber render proc:cubes,tris=1M --stage cornell -r 960 720
+  comber render bunny.ply --up z --vp -0.5,1,3 --vi 0,0.5,0 --yfov 30
+
+Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second \
+signal ends comber at once, and earlier files stay as they were.
+
+The same scene, options and seed give the same pictures, byte for byte, whatever the threads, wave size and \
+instruction set. EXR files also state when they were made; set SOURCE_DATE_EPOCH (seconds since 1970) to fix \
+that too.
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const INFO_EXAMPLES: &str = "\
+Takes every option of `comber render`, so that a command can be explained by changing one word. Reads the scene \
+and builds the tree, but renders and writes nothing.
+
+Examples:
+  comber info box.dae
+  comber info -s 2048 -a 64 0.05 -o box.exr box.dae
+  comber info --json proc:cubes,tris=1M
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const BVH_EXAMPLES: &str = "\
+The boxes are drawn over shading normals, dimmed; nearer boxes over farther ones, neighbours in different \
+colours. Level 0 is the box of the whole scene, level 1 has those of the root's children, and so on; branches \
+that end above the level are not drawn.
+
+Examples:
+  comber bvh --depth 0 -o root.png box.dae
+  comber bvh --depth 8 -r 1920 1080 proc:cubes,tris=1M
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";

@@ -1,0 +1,132 @@
+//! `comber info`.
+
+use super::args::InfoArgs;
+use super::exit::Done;
+use super::interrupt::Interrupt;
+use super::load::{self, Loaded, print_notes};
+use super::render::use_threads;
+use super::report::{self, Facts, table};
+use super::resolve::RenderRequest;
+use crate::measure::units;
+use crate::plan::Plan;
+use serde_json::{Value, json};
+
+/// Explains the render that `args` ask for.
+pub fn run(args: InfoArgs) -> anyhow::Result<Done> {
+    let request = RenderRequest::new(args.render)?;
+    print_notes(&request.notes, request.report);
+    Interrupt::watch([])?;
+    use_threads(request.options.threads)?;
+    let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
+    let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
+    if request.report.json {
+        report::print_json(&as_json(&request, &loaded, &plan))?;
+    } else {
+        report::print(&as_text(&loaded, &plan))?;
+    }
+    Ok(Done::Finished)
+}
+
+fn as_json(request: &RenderRequest, loaded: &Loaded, plan: &Plan) -> Value {
+    json!({
+        "comber": env!("CARGO_PKG_VERSION"),
+        "command": "info",
+        "scene": report::scene_json(loaded),
+        "camera": loaded.camera,
+        "bvh": loaded.accel.stats(),
+        "plan": plan,
+        "seconds": loaded.seconds,
+        "notes": report::notes_json(&request.notes, loaded),
+    })
+}
+
+fn as_text(loaded: &Loaded, plan: &Plan) -> String {
+    let sections = [
+        ("Scene", scene(loaded)),
+        ("Camera", camera(loaded, plan)),
+        ("Acceleration structure", accel(loaded)),
+        ("Stages", stages(plan)),
+        ("Columns", columns(plan)),
+        ("Memory", memory(plan)),
+    ];
+    sections.map(|(title, body)| format!("{title}\n{body}\n")).join("\n")
+}
+
+fn scene(loaded: &Loaded) -> String {
+    let scene = &loaded.scene;
+    let (min, max) = scene.bounds();
+    let mut facts = Facts::default();
+    facts.add("scene", report::scene_line(loaded));
+    facts.add("vertices", units::count(scene.shapes.positions.len() as u64));
+    facts.add("geometries", units::count(scene.shapes.geometries.len() as u64));
+    facts.add("bounds", format!("{min} to {max}"));
+    facts.add("tables", units::bytes(scene.bytes() as u64));
+    facts.text()
+}
+
+fn camera(loaded: &Loaded, plan: &Plan) -> String {
+    let camera = loaded.camera;
+    let (x, y) = camera.shown(plan.options.width, plan.options.height);
+    let degrees = |tan_half: f32| 2.0 * tan_half.atan().to_degrees();
+    let mut facts = Facts::default();
+    facts.add("position", camera.position.to_string());
+    facts.add("looks along", camera.forward.to_string());
+    facts.add("up", camera.up.to_string());
+    facts.add("shows", format!("{:.2}° × {:.2}°", degrees(x), degrees(y)));
+    facts.add("picture", report::picture_line(&plan.options));
+    facts.text()
+}
+
+/// The acceleration structure in numbers.
+pub fn accel(loaded: &Loaded) -> String {
+    let stats = loaded.accel.stats();
+    let mut facts = Facts::default();
+    facts.add("primitives", units::count(stats.primitives as u64));
+    facts.add("inner nodes", format!("{} in {} levels", units::count(stats.nodes as u64), stats.depth));
+    facts.add("leaf blocks", units::count(stats.leaf_blocks as u64));
+    facts.add("SAH cost", format!("{:.2} nodes and blocks a ray that meets the scene's box", stats.sah_cost));
+    let (bytes, each) = (units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
+    facts.add("memory", format!("{bytes}, {each:.1} B a primitive"));
+    facts.add("built in", report::seconds(stats.build_seconds));
+    facts.text()
+}
+
+fn stages(plan: &Plan) -> String {
+    let rows = plan.stages.iter().map(|stage| {
+        [
+            stage.name.to_owned(),
+            stage.kernel.clone(),
+            stage.bytes_read.to_string(),
+            stage.bytes_written.to_string(),
+            stage.why.clone(),
+        ]
+    });
+    let costs = table(["stage", "kernel", "B read/row", "B written/row", "why"], 5, rows);
+    let access = plan.stages.iter().map(|stage| [stage.name.to_owned(), stage.reads.join(" "), stage.writes.join(" ")]);
+    format!("{costs}\n\n{}", table(["stage", "reads", "writes"], 3, access))
+}
+
+fn columns(plan: &Plan) -> String {
+    let rows = plan
+        .columns
+        .iter()
+        .map(|column| [column.name.clone(), column.what.clone(), column.bytes.to_string(), column.why.clone()]);
+    let mut facts = Facts::default();
+    facts.add("bytes a path", plan.bytes_per_path.to_string());
+    facts.add("paths a wave", format!("{}: {}", units::count(plan.wave as u64), plan.wave_why));
+    facts.add("threads", plan.threads.to_string());
+    facts.add("instruction set", plan.simd);
+    format!("{}\n\n{}", table(["column", "what", "B/path", "why"], 4, rows), facts.text())
+}
+
+fn memory(plan: &Plan) -> String {
+    let memory = plan.memory;
+    let all = [memory.waves, memory.film, memory.scene, memory.accel].iter().fold(0_u64, |a, &b| a.saturating_add(b));
+    let mut facts = Facts::default();
+    facts.add("waves", units::bytes(memory.waves));
+    facts.add("film", units::bytes(memory.film));
+    facts.add("scene", units::bytes(memory.scene));
+    facts.add("acceleration structure", units::bytes(memory.accel));
+    facts.add("in all", units::bytes(all));
+    facts.text()
+}

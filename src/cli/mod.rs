@@ -1,0 +1,26 @@
+//! The command line: arguments as typed, requests as resolved, and one file a subcommand.
+
+pub mod args;
+pub mod bvh;
+pub mod camera;
+pub mod exit;
+pub mod info;
+pub mod interrupt;
+pub mod load;
+pub mod provenance;
+pub mod render;
+pub mod report;
+pub mod resolve;
+pub mod values;
+
+use args::Cli;
+use clap::Parser as _;
+
+/// The command line of this process.
+///
+/// # Errors
+///
+/// What clap has to say; to it, help and version are errors too, of exit status 0.
+pub fn parse() -> anyhow::Result<Cli> {
+    Ok(Cli::try_parse_from(values::join_vectors(std::env::args_os()))?)
+}

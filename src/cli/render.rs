@@ -1,0 +1,130 @@
+//! `comber render`.
+
+use super::args::RenderArgs;
+use super::exit::{Done, complain};
+use super::interrupt::Interrupt;
+use super::load::{self, Loaded, print_notes};
+use super::provenance::{creation_time, provenance};
+use super::report::{self, RenderReport};
+use super::resolve::{Outputs, RenderRequest, is};
+use crate::drive::{self, Observer, Outcome};
+use crate::error::Result;
+use crate::film::heatmap::{self, HeatMap, Scale};
+use crate::film::output::{self, Format};
+use crate::film::picture::Picture;
+use crate::measure::progress::Progress;
+use crate::measure::units;
+use crate::plan::Plan;
+use anyhow::Context as _;
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders what `args` ask for, and leaves it where they say.
+pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
+    let request = RenderRequest::new(args)?;
+    let created = creation_time()?;
+    print_notes(&request.notes, request.report);
+    for path in request.outputs.paths() {
+        output::check(path)?;
+    }
+    let interrupt = Interrupt::watch(request.outputs.paths())?;
+    use_threads(request.options.threads)?;
+
+    let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
+    let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
+    interrupt.rendering();
+    let mut outcome = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
+    outcome.picture.provenance =
+        provenance(&loaded, &request.options, outcome.stats.samples, outcome.stopped, &created);
+    let start = Instant::now();
+    write(&outcome, &request.outputs)?;
+    let write_seconds = start.elapsed().as_secs_f64();
+
+    if outcome.stopped {
+        complain(&interruption(&outcome, &plan));
+    }
+    let report = RenderReport {
+        loaded: &loaded,
+        plan: &plan,
+        outcome: &outcome,
+        outputs: &request.outputs,
+        notes: &request.notes,
+        write_seconds,
+    };
+    if request.report.json {
+        report::print_json(&report.json())?;
+    } else if !request.report.quiet {
+        report::print(&report.text())?;
+    }
+    Ok(if outcome.stopped { Done::Interrupted } else { Done::Finished })
+}
+
+/// Makes `threads` the size of the pool in which scenes are read and trees are built.
+pub fn use_threads(threads: Option<u32>) -> anyhow::Result<()> {
+    let threads = threads.map_or(0, |threads| threads as usize);
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the worker threads")
+}
+
+/// Renders, with progress on the terminal.
+pub fn render(loaded: &Loaded, plan: &Plan, interrupt: &Interrupt, show: bool) -> Result<Outcome> {
+    let pixels = plan.options.cell.map_or(u64::from(plan.options.width) * u64::from(plan.options.height), |cell| {
+        u64::from(cell.width) * u64::from(cell.height)
+    });
+    let progress = Progress::new("rendering", pixels * u64::from(plan.options.samples), show);
+    let watch = Watch { progress: &progress, interrupt };
+    let outcome = drive::render(&loaded.scene, &loaded.accel, &loaded.camera, plan, &watch);
+    progress.finish();
+    outcome
+}
+
+/// Shows progress, and stops when a signal asks for it.
+struct Watch<'a> {
+    progress: &'a Progress,
+    interrupt: &'a Interrupt,
+}
+
+impl Observer for Watch<'_> {
+    fn samples(&self, done: u64, _total: u64) {
+        self.progress.set(done);
+    }
+
+    fn stop(&self) -> bool {
+        self.interrupt.stop_requested()
+    }
+}
+
+/// Writes all files.
+fn write(outcome: &Outcome, outputs: &Outputs) -> Result<()> {
+    let picture = &outcome.picture;
+    for path in &outputs.pictures {
+        match &outcome.cost {
+            // Counts of nodes are read off a legend, not from colours.
+            Some(cost) if is(path, Format::Png) => {
+                write_map(path, picture, cost, "BVH nodes visited by a camera ray", "nodes")?;
+            }
+            _ => output::write(path, picture, outputs.exposure)?,
+        }
+    }
+    if let (Some(path), Some(counts)) = (&outputs.rate, &picture.sample_count) {
+        let counts: Vec<f32> = counts.iter().map(|&count| count as f32).collect();
+        write_map(path, picture, &counts, "samples a pixel", "")?;
+    }
+    Ok(())
+}
+
+/// Writes one number a pixel of `picture` as colours.
+fn write_map(path: &Path, picture: &Picture, values: &[f32], title: &str, unit: &str) -> Result<()> {
+    let (width, height) = (picture.width, picture.height);
+    heatmap::write(path, &HeatMap { width, height, values, title, unit, scale: Scale::Linear })
+}
+
+/// What an interrupted render has.
+fn interruption(outcome: &Outcome, plan: &Plan) -> String {
+    let stats = &outcome.stats;
+    let (fewest, mean, most) = stats.samples_per_pixel;
+    format!(
+        "comber: interrupted: the files hold {} samples, {mean:.1} of {} a pixel (from {fewest} to {most})",
+        units::count(stats.samples),
+        plan.options.samples,
+    )
+}

@@ -1,0 +1,467 @@
+//! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
+
+use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs};
+use super::args::{MAX_SAMPLES, SamplingArgs};
+use super::values;
+use crate::error::{Error, Note, Result};
+use crate::film::output::Format;
+use crate::measure::units;
+use crate::options::{Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
+use crate::scene::SceneOptions;
+use crate::scene::camera::Camera;
+use crate::scene::settings::settings_file;
+use crate::scene::stage::{Stage, UpAxis};
+use crate::scene::viewpoint::{CameraChoice, Explicit};
+use std::path::{Path, PathBuf};
+
+/// The most pixels that one render may have: 16384 × 16384.
+const MAX_PIXELS: u64 = 1 << 28;
+
+/// Bytes of all layers of a picture, a pixel: four colours or vectors, depth, sample count.
+const LAYER_BYTES: u64 = 4 * 12 + 4 + 4;
+
+/// Everything that `comber render` and `comber info` need to know.
+#[derive(Debug)]
+pub struct RenderRequest {
+    /// What to load.
+    pub scene: SceneRequest,
+    /// From where to see it.
+    pub view: ViewRequest,
+    /// How to render it.
+    pub options: RenderOptions,
+    /// Where to leave it.
+    pub outputs: Outputs,
+    /// What to say about it.
+    pub report: ReportArgs,
+    /// What the user should know about the options.
+    pub notes: Vec<Note>,
+}
+
+/// Everything that `comber bvh` needs to know.
+#[derive(Debug)]
+pub struct BvhRequest {
+    /// What to load.
+    pub scene: SceneRequest,
+    /// From where to see it.
+    pub view: ViewRequest,
+    /// How to render the background.
+    pub options: RenderOptions,
+    /// Level of the tree.
+    pub depth: u32,
+    /// The files.
+    pub outputs: Vec<PathBuf>,
+    /// What to say about it.
+    pub report: ReportArgs,
+    /// What the user should know about the options.
+    pub notes: Vec<Note>,
+}
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SceneSource {
+    /// Embedded in the program.
+    BuiltIn,
+    /// Generated from a `proc:` specification.
+    Generated(String),
+    /// Read from a file.
+    File(PathBuf),
+}
+
+/// Which scene, and what is made of it.
+#[derive(Debug)]
+pub struct SceneRequest {
+    /// Where it comes from.
+    pub source: SceneSource,
+    /// The stage that was asked for.
+    pub stage: Option<Stage>,
+    /// The up axis that was asked for.
+    pub up: Option<UpAxis>,
+    /// How it is built.
+    pub options: SceneOptions,
+}
+
+/// From where a scene is seen.
+#[derive(Debug, PartialEq)]
+pub struct ViewRequest {
+    /// Where the camera stands.
+    pub framing: Framing,
+    /// What the command line says differently.
+    pub explicit: Explicit,
+}
+
+/// Where a camera comes from.
+#[derive(Debug, PartialEq)]
+pub enum Framing {
+    /// The scene's own or its stage's, whichever it has.
+    Scene,
+    /// The scene's, placed in this way.
+    Choice(CameraChoice),
+    /// A settings file.
+    Settings(Camera),
+}
+
+/// The files that a render leaves.
+#[derive(Debug, PartialEq)]
+pub struct Outputs {
+    /// Pictures, as PNG or EXR.
+    pub pictures: Vec<PathBuf>,
+    /// Heat map of samples a pixel.
+    pub rate: Option<PathBuf>,
+    /// Stops of exposure of PNG pictures.
+    pub exposure: f32,
+}
+
+impl Outputs {
+    /// All files.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.pictures.iter().chain(&self.rate).map(PathBuf::as_path)
+    }
+}
+
+impl RenderRequest {
+    /// Makes sense of `args`, or says why not.
+    pub fn new(args: RenderArgs) -> Result<Self> {
+        let mut notes = Vec::new();
+        let (view, size) = view(&args.camera, &mut notes)?;
+        let default = RenderOptions::default();
+        let (width, height, cell) = frame(&args.frame, size.unwrap_or([default.width, default.height]))?;
+        let outputs = outputs(&args.output, args.sampling.adaptive.is_some(), &mut notes)?;
+        let direct = match (args.transport.hemisphere, args.transport.direct) {
+            (true, Some(other)) if other != Direct::Hemisphere => {
+                return misuse("-H asks for hemisphere sampling, but --direct asks for something else");
+            }
+            (true, _) => Direct::Hemisphere,
+            (false, direct) => direct.unwrap_or_default(),
+        };
+        if direct == Direct::Bsdf && args.transport.light_samples > 1 {
+            notes.push(Note::warning("--light-samples changes nothing: --direct bsdf sends no rays to lights"));
+        }
+        let options = RenderOptions {
+            width,
+            height,
+            cell,
+            samples: args.sampling.samples,
+            light_samples: args.transport.light_samples,
+            max_depth: args.transport.depth,
+            integrator: args.transport.integrator,
+            direct,
+            roulette: args.transport.roulette,
+            adaptive: adaptive(&args.sampling, &mut notes)?,
+            seed: args.sampling.seed,
+            accel: args.speed.accel,
+            aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
+            wave: args.speed.wave,
+            threads: args.speed.threads,
+            simd: args.speed.simd,
+        };
+        Ok(RenderRequest { scene: scene(args.scene), view, options, outputs, report: args.report, notes })
+    }
+}
+
+impl BvhRequest {
+    /// Makes sense of `args`, or says why not.
+    pub fn new(args: BvhArgs) -> Result<Self> {
+        let mut notes = Vec::new();
+        let (view, size) = view(&args.camera, &mut notes)?;
+        let (width, height, _) = frame(&FrameArgs { size: args.size, cell: None }, size.unwrap_or([960, 720]))?;
+        let outputs = if args.output.is_empty() { vec!["comber_bvh.png".into()] } else { args.output };
+        check_names(&outputs)?;
+        Ok(BvhRequest {
+            scene: scene(args.scene),
+            view,
+            options: RenderOptions {
+                width,
+                height,
+                // Normals are cheap, and four samples a pixel smooth the edges.
+                integrator: Integrator::Normals,
+                samples: 4,
+                threads: args.threads,
+                ..RenderOptions::default()
+            },
+            depth: args.depth,
+            outputs,
+            report: args.report,
+            notes,
+        })
+    }
+}
+
+fn misuse<T>(what: impl Into<String>) -> Result<T> {
+    Err(Error::Options(what.into()))
+}
+
+/// Frame size and cell; `size` is used if none is asked for.
+fn frame(args: &FrameArgs, size: [u32; 2]) -> Result<(u32, u32, Option<Cell>)> {
+    let [width, height] = match args.size.as_deref() {
+        Some(&[width, height]) => [width, height],
+        _ => size,
+    };
+    let cell = match args.cell.as_deref() {
+        Some(&[x, y, width, height]) => Some(Cell { x, y, width, height }),
+        _ => None,
+    };
+    if let Some(cell) = cell {
+        if cell.width == 0 || cell.height == 0 {
+            return misuse("the cell (-p) is empty: DX and DY must be at least 1");
+        }
+        // Numbers of a cell are at most 65536, so the sums fit.
+        if cell.x + cell.width > width || cell.y + cell.height > height {
+            return misuse(format!(
+                "the cell (-p) reaches to pixel {}, {}, but the frame (-r) has {width} × {height} pixels",
+                cell.x + cell.width - 1,
+                cell.y + cell.height - 1,
+            ));
+        }
+    }
+    let (across, down) = cell.map_or((width, height), |cell| (cell.width, cell.height));
+    let pixels = u64::from(across) * u64::from(down);
+    if pixels > MAX_PIXELS {
+        return misuse(format!(
+            "{across} × {down} are {} pixels, for which the layers of an EXR output alone would take {}; at most {} \
+             (16384 × 16384) are allowed: render it in cells (-p)",
+            units::count(pixels),
+            units::bytes(pixels * LAYER_BYTES),
+            units::count(MAX_PIXELS),
+        ));
+    }
+    Ok((width, height, cell))
+}
+
+/// Output files, with the defaults.
+fn outputs(args: &OutputArgs, adaptive: bool, notes: &mut Vec<Note>) -> Result<Outputs> {
+    let pictures =
+        if args.output.is_empty() { vec!["comber.png".into(), "comber.exr".into()] } else { args.output.clone() };
+    check_names(&pictures)?;
+    let png = pictures.iter().find(|path| is(path, Format::Png));
+    if let Some(rate) = args.rate.as_deref().filter(|path| !is(path, Format::Png)) {
+        return misuse(format!("{}: a heat map (--rate) must end in .png", rate.display()));
+    }
+    let rate = args.rate.clone().or_else(|| png.filter(|_| adaptive).map(|path| beside(path, "_rate.png")));
+    if let Some(rate) = rate.as_ref().filter(|rate| pictures.contains(rate)) {
+        return misuse(format!("{}: the picture and the heat map cannot be the same file", rate.display()));
+    }
+    if args.exposure.is_some() && png.is_none() {
+        notes.push(Note::warning("--exposure changes nothing: no PNG is written, and EXR keeps radiance as it is"));
+    }
+    Ok(Outputs { pictures, rate, exposure: args.exposure.unwrap_or(0.0) })
+}
+
+/// Checks that pictures have formats that can be written, and different names.
+fn check_names(paths: &[PathBuf]) -> Result<()> {
+    for (index, path) in paths.iter().enumerate() {
+        Format::of(path)?;
+        if paths[..index].contains(path) {
+            return misuse(format!("{}: given twice as an output", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a picture of this name is written in this format.
+pub fn is(path: &Path, format: Format) -> bool {
+    Format::of(path).is_ok_and(|found| found == format)
+}
+
+/// `dir/name.png` → `dir/name<suffix>`; the name need not be text.
+fn beside(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(suffix);
+    path.with_file_name(name)
+}
+
+/// `-a BATCH TOLERANCE` and what goes with it.
+fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptive>> {
+    let Some([batch, tolerance]) = args.adaptive.as_deref() else {
+        return Ok(None);
+    };
+    let batch =
+        values::whole_in(batch, 1..=MAX_SAMPLES).or_else(|why| misuse(format!("'{batch}', the BATCH of -a, {why}")))?;
+    let tolerance =
+        values::tolerance(tolerance).or_else(|why| misuse(format!("'{tolerance}', the TOLERANCE of -a, {why}")))?;
+    if let Some(least) = args.min_samples.filter(|&least| least > args.samples) {
+        return misuse(format!("--min-samples {least} is more than the {} samples that pixels get (-s)", args.samples));
+    }
+    if batch >= args.samples {
+        notes.push(Note::warning(format!(
+            "-a changes nothing: the first test is after {batch} samples, and pixels get {} (-s)",
+            args.samples
+        )));
+    }
+    Ok(Some(Adaptive {
+        batch,
+        tolerance,
+        confidence: args.confidence.unwrap_or(Confidence::T),
+        // One sample has no variance.
+        min_samples: args.min_samples.unwrap_or(batch.max(2)),
+    }))
+}
+
+fn scene(args: SceneArgs) -> SceneRequest {
+    let source = match args.path.or(args.scene) {
+        None => SceneSource::BuiltIn,
+        Some(path) => match path.to_str().filter(|text| text.starts_with("proc:")) {
+            Some(specification) => SceneSource::Generated(specification.to_owned()),
+            None => SceneSource::File(path),
+        },
+    };
+    let options = SceneOptions { normals: args.normals, substitute_materials: args.substitute_materials };
+    SceneRequest { source, stage: args.stage, up: args.up, options }
+}
+
+/// From where, and the frame size that goes with it if a settings file has one.
+fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Option<[u32; 2]>)> {
+    let settings = args.camera_settings.as_deref().map(settings_file).transpose()?;
+    let mut size = None;
+    let framing = match (settings, args.camera) {
+        (Some(settings), _) => {
+            notes.extend(settings.notes);
+            size = Some([settings.width, settings.height]);
+            Framing::Settings(settings.camera)
+        }
+        (None, Some(choice)) => Framing::Choice(choice),
+        (None, None) => Framing::Scene,
+    };
+    let explicit = Explicit { position: args.vp, target: args.vi, up: args.vu, xfov: args.xfov, yfov: args.yfov };
+    Ok((ViewRequest { framing, explicit }, size))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::{Cli, Command};
+    use crate::options::Roulette;
+    use clap::Parser as _;
+    use glam::DVec3;
+
+    fn resolve(line: &str) -> Result<RenderRequest> {
+        let words = ["comber", "render"].into_iter().chain(line.split_whitespace()).map(Into::into);
+        match Cli::try_parse_from(values::join_vectors(words)).expect("clap accepts it").command {
+            Command::Render(args) => RenderRequest::new(args),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn refused(line: &str) -> String {
+        match resolve(line) {
+            Err(Error::Options(why)) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn clap_finds_no_mistake_in_the_definition() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn without_arguments_the_defaults_hold() {
+        let request = resolve("").unwrap();
+        assert_eq!(request.scene.source, SceneSource::BuiltIn);
+        assert_eq!(request.view, ViewRequest { framing: Framing::Scene, explicit: Explicit::default() });
+        assert_eq!(request.outputs.pictures, ["comber.png", "comber.exr"].map(PathBuf::from));
+        assert_eq!(request.outputs.rate, None);
+        assert!(request.notes.is_empty());
+        let expected = RenderOptions { aovs: true, ..RenderOptions::default() };
+        assert_eq!(format!("{:?}", request.options), format!("{expected:?}"));
+    }
+
+    #[test]
+    fn a_command_line_of_the_course() {
+        let request =
+            resolve("-t 8 -s 64 -l 32 -m 6 -r 640 360 -a 16 0.05 -p 1 2 3 4 -H -f out.png scene.dae").unwrap();
+        let options = &request.options;
+        assert_eq!(request.scene.source, SceneSource::File("scene.dae".into()));
+        assert_eq!((options.width, options.height), (640, 360));
+        assert_eq!(options.cell, Some(Cell { x: 1, y: 2, width: 3, height: 4 }));
+        assert_eq!((options.samples, options.light_samples, options.max_depth), (64, 32, 6));
+        assert_eq!((options.threads, options.direct), (Some(8), Direct::Hemisphere));
+        let adaptive = Adaptive { batch: 16, tolerance: 0.05, confidence: Confidence::T, min_samples: 16 };
+        assert_eq!(options.adaptive, Some(adaptive));
+        assert!(!options.aovs, "a PNG has no layers");
+        assert_eq!(request.outputs.pictures, [PathBuf::from("out.png")]);
+        assert_eq!(request.outputs.rate, Some("out_rate.png".into()));
+    }
+
+    #[test]
+    fn the_last_of_two_wins_but_outputs_add_up() {
+        let request = resolve("-s 1 -s 2 -r 1 2 -r 3 4 -a 1 0.1 -a 2 0.2 -o a.png --outfile b.EXR").unwrap();
+        assert_eq!((request.options.samples, request.options.width, request.options.height), (2, 3, 4));
+        assert_eq!(request.options.adaptive.map(|adaptive| adaptive.batch), Some(2));
+        assert_eq!(request.outputs.pictures, ["a.png", "b.EXR"].map(PathBuf::from));
+        assert!(request.options.aovs);
+    }
+
+    #[test]
+    fn adaptive_sampling() {
+        let adaptive = |line: &str| resolve(line).unwrap().options.adaptive.unwrap();
+        assert_eq!(adaptive("-a 1 0.1").min_samples, 2, "one sample has no variance");
+        let course = Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::Z, min_samples: 4 };
+        assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4"), course);
+        assert_eq!(resolve("-s 8 -a 8 0.1").unwrap().notes.len(), 1, "it has no effect");
+        assert_eq!(resolve("-s 9 -a 8 0.1").unwrap().notes.len(), 0);
+        assert!(refused("-s 8 -a 4 0.1 --min-samples 9").contains("9"));
+        assert!(refused("-a 1.5 0.1").contains("BATCH"));
+        assert!(refused("-a 4 inf").contains("TOLERANCE"));
+    }
+
+    #[test]
+    fn scenes_come_from_three_places() {
+        let source = |line: &str| resolve(line).unwrap().scene.source;
+        assert_eq!(source("proc:cubes,tris=1M"), SceneSource::Generated("proc:cubes,tris=1M".into()));
+        assert_eq!(source("--scene proc:cubes"), SceneSource::Generated("proc:cubes".into()));
+        assert_eq!(source("--scene a.ply"), SceneSource::File("a.ply".into()));
+        assert_eq!(source(""), SceneSource::BuiltIn);
+    }
+
+    #[test]
+    fn views() {
+        let view = |line: &str| resolve(line).unwrap().view;
+        let explicit = Explicit {
+            position: Some(DVec3::new(-1.0, 2.0, -0.003)),
+            target: Some(DVec3::ZERO),
+            up: Some(DVec3::NEG_Z),
+            xfov: None,
+            yfov: Some(30.0),
+        };
+        let both = ["--vp -1 2 -3e-3 --vi 0 0 0 --vu 0 0 -1", "--vp -1,2,-3e-3 --vi=0,0,0 --vu 0,0,-1"];
+        for line in both {
+            let expected = ViewRequest { framing: Framing::Scene, explicit };
+            assert_eq!(view(&format!("{line} --yfov 30 a.dae")), expected);
+        }
+        assert_eq!(view("--camera file").framing, Framing::Choice(CameraChoice::File));
+    }
+
+    #[test]
+    fn cells_stay_within_the_frame() {
+        assert!(resolve("-r 10 8 -p 9 7 1 1").is_ok());
+        assert!(refused("-r 10 8 -p 9 7 2 1").contains("pixel 10, 7"));
+        assert!(refused("-r 10 8 -p 9 7 1 2").contains("pixel 9, 8"));
+        assert!(refused("-p 65536 65536 65536 65536").contains("480 × 360"));
+        assert!(refused("-p 0 0 1 0").contains("empty"));
+    }
+
+    #[test]
+    fn a_part_of_a_frame_that_is_too_large_may_be_rendered() {
+        assert!(resolve("-r 16384 16384").is_ok());
+        assert!(resolve("-r 65536 65536 -p 65000 65000 100 100").is_ok());
+    }
+
+    #[test]
+    fn what_has_no_effect_is_noted() {
+        for line in ["--direct bsdf -l 4", "--exposure 1 -o a.exr"] {
+            let notes = resolve(line).unwrap().notes;
+            assert!(notes.len() == 1 && notes[0].warning, "{line}: {notes:?}");
+        }
+        assert_eq!(resolve("--roulette fixed:0.5").unwrap().options.roulette, Roulette::Fixed(0.5));
+    }
+
+    #[test]
+    fn heat_maps_stand_beside_the_picture() {
+        let rate = |line: &str| resolve(line).unwrap().outputs.rate;
+        assert_eq!(rate("-a 8 0.1 -o b.exr -o dir/a.b.PNG"), Some("dir/a.b_rate.png".into()));
+        assert_eq!(rate("-a 8 0.1 -o b.exr"), None);
+        assert_eq!(rate("--rate r.png -o b.exr"), Some("r.png".into()));
+        assert!(refused("--rate r.exr").contains(".png"));
+        assert!(refused("-a 8 0.1 -o a.png -o a_rate.png").contains("same file"));
+    }
+}

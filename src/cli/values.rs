@@ -1,0 +1,184 @@
+//! Parsers of single values. Each error says what is allowed.
+
+use crate::options::Roulette;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
+use std::ffi::OsString;
+use std::ops::RangeInclusive;
+
+/// One of several words, each with its meaning for the long help.
+pub fn choice<T>(choices: &'static [(&'static str, &'static str, T)]) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(choices.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help)))
+        .map(|word: String| choices.iter().find(|c| c.0 == word).expect("clap lets only these words through").2)
+}
+
+/// A whole number within limits.
+pub fn whole(least: u32, most: u32) -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
+    move |text| whole_in(text, least..=most)
+}
+
+/// A whole number within limits; the function behind [`whole`].
+pub fn whole_in(text: &str, allowed: RangeInclusive<u32>) -> Result<u32, String> {
+    match text.parse() {
+        Ok(number) if allowed.contains(&number) => Ok(number),
+        _ => Err(format!("must be a whole number from {} to {}", allowed.start(), allowed.end())),
+    }
+}
+
+/// Stops of exposure.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(stops) if (-64.0..=64.0).contains(&stops) => Ok(stops),
+        _ => Err("must be a number from -64 to 64".into()),
+    }
+}
+
+/// A field of view in degrees.
+pub fn angle(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err("must be a number of degrees above 0 and below 180".into()),
+    }
+}
+
+/// The tolerance of adaptive sampling.
+pub fn tolerance(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(tolerance),
+        _ => Err("must be a finite number above 0, as in 0.05".into()),
+    }
+}
+
+/// `X,Y,Z`. Numbers that single precision cannot hold are refused, because cameras are single precision.
+pub fn vector(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x, y, z]
+            if text.split(',').count() == 3 && numbers.iter().all(|number| number.abs() <= f64::from(f32::MAX)) =>
+        {
+            Ok(DVec3::new(x, y, z))
+        }
+        _ => Err("must be three finite numbers, as in 1,-2.5,3".into()),
+    }
+}
+
+/// `off`, `fixed:P` or `throughput[:START]`.
+pub fn roulette(text: &str) -> Result<Roulette, String> {
+    let (kind, argument) = match text.split_once(':') {
+        Some((kind, argument)) => (kind, Some(argument)),
+        None => (text, None),
+    };
+    match (kind, argument) {
+        ("off", None) => Ok(Roulette::Off),
+        ("fixed", Some(probability)) => match probability.parse() {
+            Ok(probability) if probability > 0.0 && probability <= 1.0 => Ok(Roulette::Fixed(probability)),
+            _ => Err("the probability must be above 0 and at most 1, as in fixed:0.7".into()),
+        },
+        ("throughput", None) => Ok(Roulette::default()),
+        ("throughput", Some(start)) => whole_in(start, 0..=65536)
+            .map(|start| Roulette::Throughput { start })
+            .map_err(|why| format!("the number of bounces {why}, as in throughput:3")),
+        _ => Err("must be off, fixed:P or throughput[:START]".into()),
+    }
+}
+
+/// Rewrites `--vp 1 -2 3` as `--vp=1,-2,3` (and so for `--vi`, `--vu`).
+///
+/// An option that takes either one value or three cannot be told to clap: it would take `--vp 1,2,3 scene.dae` for
+/// two values.
+pub fn join_vectors(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut rest = arguments.into_iter().collect::<Vec<_>>().into_iter();
+    let mut joined = Vec::with_capacity(rest.len());
+    while let Some(argument) = rest.next() {
+        if argument == "--" {
+            joined.push(argument);
+            break;
+        }
+        let is_vector = ["--vp", "--vi", "--vu"].iter().any(|option| argument == *option);
+        let numbers: Vec<&str> = rest.as_slice().iter().take(3).map_while(|next| number(next)).collect();
+        if is_vector && numbers.len() == 3 {
+            let mut whole = argument;
+            whole.push("=");
+            whole.push(numbers.join(","));
+            joined.push(whole);
+            rest.nth(2);
+        } else {
+            joined.push(argument);
+        }
+    }
+    joined.extend(rest);
+    joined
+}
+
+/// The argument as text, if it reads as a number.
+fn number(argument: &OsString) -> Option<&str> {
+    argument.to_str().filter(|text| text.parse::<f64>().is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_stay_within_their_limits() {
+        assert_eq!(whole_in("1", 1..=4), Ok(1));
+        assert_eq!(whole_in("4", 1..=4), Ok(4));
+        for absurd in ["0", "5", "-1", "1.5", "", "one", "99999999999999999999999", "NaN"] {
+            assert_eq!(whole_in(absurd, 1..=4), Err("must be a whole number from 1 to 4".into()), "{absurd}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("1,-2.5,3e2"), Ok(DVec3::new(1.0, -2.5, 300.0)));
+        assert_eq!(vector(" 1, 2, 3"), Ok(DVec3::new(1.0, 2.0, 3.0)));
+        for wrong in ["", "1", "1,2", "1,2,3,4", "1,2,", "1,2,x", "x,1,2,3", "1,2,inf", "1,2,nan", "1,2,1e39"] {
+            assert!(vector(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn three_numbers_become_one_vector() {
+        let joined = |line: &str| {
+            let words = join_vectors(line.split(' ').map(OsString::from));
+            words.iter().map(|word| word.to_str().unwrap().to_owned()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(joined("render --vp -1 2 -3e1 a.dae"), "render --vp=-1,2,-3e1 a.dae");
+        assert_eq!(joined("--vp 1 2 3 --vi 4 5 6"), "--vp=1,2,3 --vi=4,5,6");
+        for unchanged in ["--vp 1,2,3 a.dae", "--vp=1,2,3 4", "--vp 1 2", "-r 1 2 3", "-- --vp 1 2 3", "--vp"] {
+            assert_eq!(joined(unchanged), unchanged);
+        }
+    }
+
+    #[test]
+    fn roulettes() {
+        assert_eq!(roulette("off"), Ok(Roulette::Off));
+        assert_eq!(roulette("fixed:0.7"), Ok(Roulette::Fixed(0.7)));
+        assert_eq!(roulette("fixed:1"), Ok(Roulette::Fixed(1.0)));
+        assert_eq!(roulette("throughput"), Ok(Roulette::Throughput { start: 3 }));
+        assert_eq!(roulette("throughput:0"), Ok(Roulette::Throughput { start: 0 }));
+        for wrong in ["", "on", "off:1", "fixed", "fixed:", "fixed:0", "fixed:1.1", "fixed:nan", "fixed:-0.5"] {
+            assert!(roulette(wrong).is_err(), "{wrong}");
+        }
+        assert!(roulette("throughput:-1").is_err());
+    }
+
+    #[test]
+    fn angles_tolerances_exposures() {
+        assert_eq!(angle("45"), Ok(45.0));
+        assert_eq!(tolerance("0.05"), Ok(0.05));
+        assert_eq!(exposure("-1.5"), Ok(-1.5));
+        for wrong in ["0", "180", "-10", "nan", "inf", ""] {
+            assert!(angle(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["0", "-1", "inf", "nan", "1e40", "x"] {
+            assert!(tolerance(wrong).is_err(), "{wrong}");
+        }
+        for wrong in ["65", "nan", "inf"] {
+            assert!(exposure(wrong).is_err(), "{wrong}");
+        }
+    }
+}
