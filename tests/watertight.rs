@@ -151,7 +151,13 @@ fn ray(random: &mut Random, solid: &Solid, kind: usize) -> (Vec3, Vec3) {
         // At a vertex, at the middle of an edge, somewhere on an edge.
         3 => a,
         4 => (a + b) * 0.5,
-        _ => a.lerp(b, random.signed().abs()),
+        5 => a.lerp(b, random.signed().abs()),
+        // At an edge that is much closer than the triangle is large, so that part of it lies behind.
+        _ => {
+            let target = a.lerp(b, random.signed().abs());
+            origin = target + random.vector() * 10f32.powi(-(random.below(6) as i32) - 1);
+            target
+        }
     };
     (origin, target - origin)
 }
@@ -176,11 +182,10 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
     let mut columns: [Vec<f32>; 6] = Default::default();
     let mut kinds = Vec::new();
     while kinds.len() < count {
-        let kind = random.below(6);
+        let kind = random.below(7);
         let (origin, direction) = ray(&mut random, solid, kind);
-        // Moving to a vertex's coordinates may leave the solid; the solids here hold every point between two
-        // points inside only if they are convex, so ask the solid itself.
-        if kind == 2 && !is_inside(solid, origin) {
+        // These move the origin to the surface, or beyond it.
+        if (kind == 2 || kind == 6) && !is_inside(solid, origin) {
             continue;
         }
         let origin = place(origin);
