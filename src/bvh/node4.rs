@@ -20,13 +20,9 @@ pub struct Node4 {
 const _: () = assert!(size_of::<Node4>() == 128);
 
 impl Node4 {
-    /// A node of up to four children.
+    /// A node of up to four children. The boxes of empty slots lie at infinity, where no ray arrives.
     pub fn new(children: &[(Child, Aabb)]) -> Node4 {
-        let mut node = Node4 {
-            planes: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]],
-            children: [Child::EMPTY; 4],
-            spare: [0; 4],
-        };
+        let mut node = Node4 { planes: [[Vec4::INFINITY; 3]; 2], children: [Child::EMPTY; 4], spare: [0; 4] };
         for (lane, &(child, aabb)) in children.iter().enumerate() {
             node.children[lane] = child;
             for axis in 0..3 {

@@ -7,7 +7,7 @@
 //! Two-sided, so the paper's swap that keeps the winding is left out. Without fused operations, in one order:
 //! every tier gives the same bits, and [`scalar`] the same as [`block`].
 
-use glam::{Vec3, Vec4};
+use glam::{Vec3, Vec3Swizzles, Vec4};
 
 use super::ray::Ray;
 use super::tri4::Tri4;
@@ -41,25 +41,20 @@ impl ShearedRay {
     #[inline(always)]
     pub fn new(ray: &Ray) -> ShearedRay {
         let d = ray.direction.abs();
-        let axes = if d.x > d.y && d.x > d.z {
-            [1, 2, 0]
+        let (axes, origin, direction) = if d.x > d.y && d.x > d.z {
+            ([1, 2, 0], ray.origin.yzx(), ray.direction.yzx())
         } else if d.y > d.z {
-            [2, 0, 1]
+            ([2, 0, 1], ray.origin.zxy(), ray.direction.zxy())
         } else {
-            [0, 1, 2]
+            ([0, 1, 2], ray.origin, ray.direction)
         };
-        let depth = ray.direction[axes[2]];
-        ShearedRay {
-            axes,
-            origin: axes.map(|axis| ray.origin[axis]),
-            shear: [ray.direction[axes[0]] / depth, ray.direction[axes[1]] / depth],
-            depth,
-        }
+        let depth = direction.z;
+        ShearedRay { axes, origin: origin.to_array(), shear: [direction.x / depth, direction.y / depth], depth }
     }
 }
 
 /// Tests the four triangles of a block: bit `i` of the mask says that lane `i` may be crossed, and
-/// [`Candidates::crossing`] decides.
+/// [`CandidateLanes::crossing`] decides.
 #[inline(always)]
 pub fn block(ray: &ShearedRay, block: &Tri4) -> Candidates {
     let [kx, ky, kz] = ray.axes;
@@ -97,10 +92,28 @@ pub struct Candidates {
 }
 
 impl Candidates {
+    /// In memory, where lanes can be picked; most blocks have no candidate and need not go there.
+    #[inline(always)]
+    pub fn lanes(&self) -> CandidateLanes {
+        let store = |v: &[Vec4; 3]| v.map(|v| v.to_array());
+        CandidateLanes { x: store(&self.x), y: store(&self.y), z: store(&self.z), edges: store(&self.edges) }
+    }
+}
+
+/// [`Candidates`] in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct CandidateLanes {
+    x: [[f32; 4]; 3],
+    y: [[f32; 4]; 3],
+    z: [[f32; 4]; 3],
+    edges: [[f32; 4]; 3],
+}
+
+impl CandidateLanes {
     /// The crossing of one candidate lane, if it is one.
     #[inline(always)]
     pub fn crossing(&self, ray: &ShearedRay, lane: usize) -> Option<Crossing> {
-        let pick = |v: &[Vec4; 3]| [v[0].to_array()[lane], v[1].to_array()[lane], v[2].to_array()[lane]];
+        let pick = |v: &[[f32; 4]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
         finish(ray.depth, pick(&self.edges), pick(&self.x), pick(&self.y), pick(&self.z))
     }
 }
@@ -210,7 +223,7 @@ mod tests {
             }
             let candidates = block(&ray, &tri4);
             for (lane, corners) in triangles.iter().enumerate() {
-                let wide = if candidates.mask >> lane & 1 == 1 { candidates.crossing(&ray, lane) } else { None };
+                let wide = if candidates.mask >> lane & 1 == 1 { candidates.lanes().crossing(&ray, lane) } else { None };
                 let narrow = scalar(&ray, corners.map(Vec3::from_array));
                 let bits = |c: Option<Crossing>| c.map(|c| [c.t, c.u, c.v].map(f32::to_bits));
                 prop_assert_eq!(bits(wide), bits(narrow));

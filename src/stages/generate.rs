@@ -11,7 +11,7 @@
 use super::{Context, Stage};
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::{Dimensions, uniform4};
-use crate::simd::{Kernel, Lanes as Tiered};
+use crate::simd::Kernel;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;
@@ -65,7 +65,7 @@ impl Kernel for Generate<'_, '_> {
     type Output = usize;
 
     #[inline(always)]
-    fn run<L: Tiered>(self, _: L) -> usize {
+    fn run(self) -> usize {
         let Out { samples, paths } = self.out;
         let mut n = 0;
         for span in self.spans {

@@ -11,12 +11,10 @@ use crate::bvh::sphere4::Sphere4;
 use crate::bvh::tri4::Tri4;
 use crate::bvh::triangle::ShearedRay;
 use crate::bvh::{sphere, triangle};
-use crate::simd::Lanes;
 
 /// Traverses the largest child first, as the nodes store them; distances need no sorting.
 #[inline(always)]
-pub fn any_hit<L: Lanes, const SPHERES: bool, const COUNT: bool>(
-    lanes: L,
+pub fn any_hit<const SPHERES: bool, const COUNT: bool>(
     bvh: &Bvh4,
     ray: &Ray,
     stack: &mut Stack,
@@ -36,7 +34,7 @@ pub fn any_hit<L: Lanes, const SPHERES: bool, const COUNT: bool>(
             if COUNT {
                 counts.node_visits += 1;
             }
-            let (_, met) = slabs.enter(lanes, node, t_max);
+            let (_, met) = slabs.enter(node, t_max);
             if met != 0 {
                 let mut rest = met & (met - 1);
                 while rest != 0 {
@@ -77,10 +75,15 @@ pub fn any_hit<L: Lanes, const SPHERES: bool, const COUNT: bool>(
 fn hits_triangles(ray: &ShearedRay, block: &Tri4, t_max: f32) -> bool {
     let candidates = triangle::block(ray, block);
     let mut rest = candidates.mask;
+    if rest == 0 {
+        return false;
+    }
+    let lanes = candidates.lanes();
     while rest != 0 {
+        // The mask spares a bounds check.
         let lane = rest.trailing_zeros() as usize & 3;
         rest &= rest - 1;
-        if candidates.crossing(ray, lane).is_some_and(|crossing| crossing.t > 0.0 && crossing.t <= t_max) {
+        if lanes.crossing(ray, lane).is_some_and(|crossing| crossing.t > 0.0 && crossing.t <= t_max) {
             return true;
         }
     }

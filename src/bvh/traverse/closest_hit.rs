@@ -14,12 +14,10 @@ use crate::bvh::sphere4::Sphere4;
 use crate::bvh::tri4::Tri4;
 use crate::bvh::triangle::ShearedRay;
 use crate::bvh::{sphere, triangle};
-use crate::simd::Lanes;
 
 /// Traverses nearest child first. `SPHERES`: the tree holds some. `COUNT`: fill in `counts`.
 #[inline(always)]
-pub fn closest_hit<L: Lanes, const SPHERES: bool, const COUNT: bool>(
-    lanes: L,
+pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
     bvh: &Bvh4,
     ray: &Ray,
     stack: &mut Stack,
@@ -39,7 +37,7 @@ pub fn closest_hit<L: Lanes, const SPHERES: bool, const COUNT: bool>(
             if COUNT {
                 counts.node_visits += 1;
             }
-            let (entry, met) = slabs.enter(lanes, node, closest.t_max());
+            let (entry, met) = slabs.enter(node, closest.t_max());
             if met != 0 {
                 child = descend(node, entry, met, stack);
                 continue;
@@ -116,10 +114,15 @@ fn descend(node: &Node4, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
 fn test_triangles(ray: &ShearedRay, block: &Tri4, closest: &mut Closest) {
     let candidates = triangle::block(ray, block);
     let mut rest = candidates.mask;
+    if rest == 0 {
+        return;
+    }
+    let lanes = candidates.lanes();
     while rest != 0 {
+        // The mask spares a bounds check.
         let lane = rest.trailing_zeros() as usize & 3;
         rest &= rest - 1;
-        if let Some(crossing) = candidates.crossing(ray, lane) {
+        if let Some(crossing) = lanes.crossing(ray, lane) {
             let (prim, geom) = (block.prim[lane], block.geom[lane]);
             closest.offer(Hit { t: crossing.t, u: crossing.u, v: crossing.v, prim, geom });
         }

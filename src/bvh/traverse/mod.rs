@@ -11,7 +11,7 @@ pub(super) mod stack;
 use super::Bvh4;
 use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use crate::bvh::ray::{Hit, Ray};
-use crate::simd::{Kernel, Lanes, Tier};
+use crate::simd::{Kernel, Tier};
 use any_hit::any_hit;
 use closest_hit::closest_hit;
 use stack::Stack;
@@ -53,13 +53,13 @@ impl Bvh4 {
     /// The closest hit of one ray, for callers that have no batch.
     pub fn closest_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> Hit {
         counts.rays += 1;
-        closest_hit::<_, true, true>(crate::simd::Baseline, self, ray, &mut Stack::new(), counts)
+        closest_hit::<true, true>(self, ray, &mut Stack::new(), counts)
     }
 
     /// Whether one ray hits anything, for callers that have no batch.
     pub fn any_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> bool {
         counts.rays += 1;
-        any_hit::<_, true, true>(crate::simd::Baseline, self, ray, &mut Stack::new(), counts)
+        any_hit::<true, true>(self, ray, &mut Stack::new(), counts)
     }
 }
 
@@ -74,14 +74,14 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for ClosestHits<'_, SPHERES,
     type Output = TraversalCounts;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> TraversalCounts {
+    fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let mut hits = self.hits.trimmed(rays.len());
         let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
         let mut stack = Stack::new();
         for row in 0..rays.len() {
             let ray = rays.ray(row);
-            hits.set(row, closest_hit::<L, SPHERES, COUNT>(lanes, self.bvh, &ray, &mut stack, &mut counts));
+            hits.set(row, closest_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts));
         }
         counts
     }
@@ -98,14 +98,14 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for AnyHits<'_, SPHERES, COU
     type Output = TraversalCounts;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> TraversalCounts {
+    fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let occluded = &mut self.occluded[..rays.len()];
         let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
         let mut stack = Stack::new();
         for (row, occluded) in occluded.iter_mut().enumerate() {
             let ray = rays.ray(row);
-            *occluded = any_hit::<L, SPHERES, COUNT>(lanes, self.bvh, &ray, &mut stack, &mut counts);
+            *occluded = any_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts);
         }
         counts
     }
@@ -122,13 +122,13 @@ impl Kernel for Costs<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
+    fn run(self) {
         let rays = self.rays.trimmed();
         let visits = &mut self.visits[..rays.len()];
         let mut stack = Stack::new();
         for (row, visits) in visits.iter_mut().enumerate() {
             let mut counts = TraversalCounts::default();
-            closest_hit::<L, true, true>(lanes, self.bvh, &rays.ray(row), &mut stack, &mut counts);
+            closest_hit::<true, true>(self.bvh, &rays.ray(row), &mut stack, &mut counts);
             *visits = counts.node_visits as u32;
         }
     }

@@ -20,7 +20,7 @@ mod scatter;
 mod surface;
 
 use super::{Context, Stage};
-use crate::simd::{Kernel, Lanes as Tiered};
+use crate::simd::Kernel;
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
@@ -110,7 +110,7 @@ impl Kernel for Shade<'_, '_> {
     type Output = Counts;
 
     #[inline(always)]
-    fn run<L: Tiered>(self, _: L) -> Counts {
+    fn run(self) -> Counts {
         let Shade { context, depth, n, input, out, scratch } = self;
         let transport = &context.transport;
         let (direct, continues) = (transport.counts_direct(depth), transport.continues(depth));
