@@ -1,20 +1,18 @@
 //! Traversal: batches of rays in, columns of hits out.
 //!
-//! The kernels here are all that knows how a batch becomes rays, so a kernel that holds many rays in flight
-//! replaces the loop in [`ClosestHits`] or [`AnyHits`] and nothing else.
+//! A ray takes steps ([`flight`]); a batch keeps many rays in flight ([`wave`]).
 
-mod any_hit;
-mod closest_hit;
+mod flight;
 mod slab;
 pub(super) mod stack;
+mod wave;
 
 use super::Bvh4;
+use super::child::Child;
 use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
-use crate::bvh::ray::{Hit, Ray};
+use super::ray::{Hit, Ray};
 use crate::simd::{Kernel, Tier};
-use any_hit::any_hit;
-use closest_hit::closest_hit;
-use stack::Stack;
+use flight::Flight;
 
 impl Bvh4 {
     /// The closest hit of each ray.
@@ -53,17 +51,16 @@ impl Bvh4 {
     /// The closest hit of one ray, for callers that have no batch.
     pub fn closest_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> Hit {
         counts.rays += 1;
-        closest_hit::<true, true>(self, ray, &mut Stack::new(), counts)
+        trace_one::<false>(self, ray, &mut Flight::new(), counts)
     }
 
     /// Whether one ray hits anything, for callers that have no batch.
     pub fn any_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> bool {
         counts.rays += 1;
-        any_hit::<true, true>(self, ray, &mut Stack::new(), counts)
+        trace_one::<true>(self, ray, &mut Flight::new(), counts).is_some()
     }
 }
 
-/// One ray at a time.
 struct ClosestHits<'a, const SPHERES: bool, const COUNT: bool> {
     bvh: &'a Bvh4,
     rays: RayColumns<'a>,
@@ -77,17 +74,10 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for ClosestHits<'_, SPHERES,
     fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let mut hits = self.hits.trimmed(rays.len());
-        let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for row in 0..rays.len() {
-            let ray = rays.ray(row);
-            hits.set(row, closest_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts));
-        }
-        counts
+        wave::trace::<false, SPHERES, COUNT>(self.bvh, rays, |row, hit| hits.set(row, hit))
     }
 }
 
-/// One ray at a time.
 struct AnyHits<'a, const SPHERES: bool, const COUNT: bool> {
     bvh: &'a Bvh4,
     rays: RayColumns<'a>,
@@ -101,13 +91,7 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for AnyHits<'_, SPHERES, COU
     fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let occluded = &mut self.occluded[..rays.len()];
-        let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for (row, occluded) in occluded.iter_mut().enumerate() {
-            let ray = rays.ray(row);
-            *occluded = any_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts);
-        }
-        counts
+        wave::trace::<true, SPHERES, COUNT>(self.bvh, rays, |row, hit| occluded[row] = hit.is_some())
     }
 }
 
@@ -125,11 +109,28 @@ impl Kernel for Costs<'_> {
     fn run(self) {
         let rays = self.rays.trimmed();
         let visits = &mut self.visits[..rays.len()];
-        let mut stack = Stack::new();
+        let mut flight = Flight::new();
         for (row, visits) in visits.iter_mut().enumerate() {
             let mut counts = TraversalCounts::default();
-            closest_hit::<true, true>(self.bvh, &rays.ray(row), &mut stack, &mut counts);
+            trace_one::<false>(self.bvh, &rays.ray(row), &mut flight, &mut counts);
             *visits = counts.node_visits as u32;
         }
     }
+}
+
+/// One ray from the root to its end.
+#[inline(always)]
+fn trace_one<const ANY: bool>(bvh: &Bvh4, ray: &Ray, flight: &mut Flight, counts: &mut TraversalCounts) -> Hit {
+    if !ray.is_traceable() || bvh.nodes.is_empty() {
+        return Hit::NONE;
+    }
+    flight.launch(ray);
+    while flight.child() != Child::EMPTY {
+        if flight.child().is_leaf() {
+            flight.visit_leaf::<ANY, true, true>(bvh, counts);
+        } else {
+            flight.visit_node::<ANY, true>(bvh, counts);
+        }
+    }
+    flight.hit()
 }
