@@ -5,6 +5,7 @@
 
 use glam::{Vec3, Vec4};
 
+use super::leaf::{count_block, test_spheres, test_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use crate::bvh::Bvh4;
@@ -12,11 +13,8 @@ use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
 use crate::bvh::node4::Node4;
-use crate::bvh::ray::{Hit, MISS, Ray};
-use crate::bvh::sphere4::Sphere4;
-use crate::bvh::tri4::Tri4;
+use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::triangle::ShearedRay;
-use crate::bvh::{sphere, triangle};
 
 /// A ray and where it is.
 ///
@@ -85,7 +83,7 @@ impl Flight {
         } else {
             self.stack.push(far_to_near(entries(node, entry, met)), met.count_ones());
         }
-        self.child = self.stack.pop();
+        self.child = self.stack.pop().child();
     }
 
     /// Visits the leaf where the ray is.
@@ -119,7 +117,7 @@ impl Flight {
         } else if self.closest.t_max() < before {
             self.stack.cull(self.closest.t_max());
         }
-        self.child = self.stack.pop();
+        self.child = self.stack.pop().child();
     }
 }
 
@@ -143,39 +141,4 @@ fn far_to_near([a, b, c, d]: [Entry; 4]) -> [Entry; 4] {
     let (b, d) = order(b, d);
     let (b, c) = order(b, c);
     [a, b, c, d]
-}
-
-#[inline(always)]
-fn test_triangles(ray: &ShearedRay, block: &Tri4, closest: &mut Closest) {
-    let candidates = triangle::block(ray, block);
-    let mut rest = candidates.mask;
-    if rest == 0 {
-        return;
-    }
-    let lanes = candidates.lanes();
-    while rest != 0 {
-        // The mask spares a bounds check.
-        let lane = rest.trailing_zeros() as usize & 3;
-        rest &= rest - 1;
-        if let Some(crossing) = lanes.crossing(ray, lane) {
-            let (prim, geom) = (block.prim[lane], block.geom[lane]);
-            closest.offer(Hit { t: crossing.t, u: crossing.u, v: crossing.v, prim, geom });
-        }
-    }
-}
-
-/// Out of line, to keep the loop over triangles small.
-#[inline(never)]
-fn test_spheres(ray: &Ray, block: &Sphere4, closest: &mut Closest) {
-    for lane in 0..4 {
-        if let Some(t) = sphere::intersect(ray, block.center(lane), block.radius[lane], closest.t_max()) {
-            closest.offer(Hit { t, u: 0.0, v: 0.0, prim: block.prim[lane], geom: block.geom[lane] });
-        }
-    }
-}
-
-#[inline(always)]
-fn count_block(counts: &mut TraversalCounts, prims: &[u32; 4]) {
-    counts.leaf_visits += 1;
-    counts.primitive_tests += prims.iter().filter(|&&prim| prim != MISS).count() as u64;
 }

@@ -75,12 +75,20 @@ impl Stack {
         self.len += usize::from(wanted);
     }
 
+    /// Adds one child.
+    #[inline(always)]
+    pub fn push_one(&mut self, entry: Entry) {
+        debug_assert!(self.len < CAPACITY);
+        self.entries[self.len % CAPACITY] = entry;
+        self.len += 1;
+    }
+
     /// Takes the child added last; [`Child::EMPTY`] when there is none.
     #[inline(always)]
-    pub fn pop(&mut self) -> Child {
+    pub fn pop(&mut self) -> Entry {
         debug_assert!(self.len > 0);
         self.len = self.len.wrapping_sub(1);
-        self.entries[self.len % CAPACITY].child()
+        self.entries[self.len % CAPACITY]
     }
 
     /// Drops the children that the ray enters beyond `t_max`. Hits are rare, pops are not: culling here lets

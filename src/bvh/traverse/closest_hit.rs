@@ -1,0 +1,111 @@
+//! The closest hit of one ray: the plain kernel. Camera rays, whose neighbours take the same way, and trees that fit the
+//! second-level cache are traced by it; it is also what many rays in flight are measured against.
+
+use glam::Vec4;
+
+use super::leaf::{count_block, test_spheres, test_triangles};
+use super::slab::SlabRay;
+use super::stack::{Entry, Stack};
+use crate::bvh::Bvh4;
+use crate::bvh::child::Child;
+use crate::bvh::closest::Closest;
+use crate::bvh::columns::TraversalCounts;
+use crate::bvh::node4::Node4;
+use crate::bvh::ray::{Hit, Ray};
+use crate::bvh::triangle::ShearedRay;
+
+/// Traverses nearest child first. `SPHERES`: the tree holds some. `COUNT`: fill in `counts`.
+#[inline(always)]
+pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
+    bvh: &Bvh4,
+    ray: &Ray,
+    stack: &mut Stack,
+    counts: &mut TraversalCounts,
+) -> Hit {
+    if !ray.is_traceable() || bvh.nodes.is_empty() {
+        return Hit::NONE;
+    }
+    let slabs = SlabRay::new(ray);
+    let sheared = ShearedRay::new(ray);
+    let mut closest = Closest::new(ray.t_max);
+    let mut child = Child::ROOT;
+    stack.clear();
+    loop {
+        if !child.is_leaf() {
+            let node = &bvh.nodes[child.node()];
+            if COUNT {
+                counts.node_visits += 1;
+            }
+            let (entry, met) = slabs.enter(node, closest.t_max());
+            if met != 0 {
+                child = descend(node, entry, met, stack);
+                continue;
+            }
+        } else if SPHERES && child.is_spheres() {
+            for block in &bvh.spheres[child.blocks()] {
+                if COUNT {
+                    count_block(counts, &block.prim);
+                }
+                test_spheres(ray, block, &mut closest);
+            }
+        } else {
+            for block in &bvh.triangles[child.blocks()] {
+                if COUNT {
+                    count_block(counts, &block.prim);
+                }
+                test_triangles(&sheared, block, &mut closest);
+            }
+        }
+        child = loop {
+            let entry = stack.pop();
+            if entry.child() == Child::EMPTY {
+                return closest.hit();
+            }
+            // Equal distances may still win by primitive, so they are visited.
+            if entry.distance() <= closest.t_max() {
+                break entry.child();
+            }
+        };
+    }
+}
+
+/// Pushes the children that the ray meets, farthest first, and gives the nearest.
+#[inline(always)]
+fn descend(node: &Node4, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
+    let distances = entry.to_array();
+    let mut rest = met;
+    let mut next = || {
+        // The mask spares a bounds check.
+        let lane = rest.trailing_zeros() as usize & 3;
+        rest &= rest - 1;
+        Entry::new(distances[lane], node.children[lane])
+    };
+    let order = |a: Entry, b: Entry| (a.min(b), a.max(b));
+    match met.count_ones() {
+        1 => next().child(),
+        2 => {
+            let (a, b) = order(next(), next());
+            stack.push_one(b);
+            a.child()
+        }
+        3 => {
+            let (a, b) = order(next(), next());
+            let (b, c) = order(b, next());
+            let (a, b) = order(a, b);
+            stack.push_one(c);
+            stack.push_one(b);
+            a.child()
+        }
+        _ => {
+            let (a, b) = order(next(), next());
+            let (c, d) = order(next(), next());
+            let (a, c) = order(a, c);
+            let (b, d) = order(b, d);
+            let (b, c) = order(b, c);
+            stack.push_one(d);
+            stack.push_one(c);
+            stack.push_one(b);
+            a.child()
+        }
+    }
+}
