@@ -103,8 +103,9 @@ pub struct Outcome {
     pub stopped: bool,
 }
 
-/// Samples a pixel in one pass of a render that is not adaptive: enough that rows of a pixel, which are near each other in
-/// the scene, stay together.
+/// Most samples a pixel in one pass of a render that is not adaptive: enough that rows of a pixel, which are near each
+/// other in the scene, stay together. The first passes are shorter (1, 1, 2, 4, 8), so that a render that is stopped early
+/// has seen every pixel.
 const PASS: u32 = 16;
 
 /// Renders `scene` as `plan` says.
@@ -190,7 +191,7 @@ fn passes(shared: &Shared, tiles: &mut [Tile]) -> bool {
     let options = &shared.plan.options;
     let mut first = 0;
     while first < options.samples {
-        let step = options.adaptive.map_or(PASS, |a| a.batch).min(options.samples - first);
+        let step = options.adaptive.map_or(first.clamp(1, PASS), |a| a.batch).min(options.samples - first);
         let active: u64 = tiles.iter().map(|t| t.active.len() as u64).sum();
         if active == 0 {
             return false;

@@ -12,7 +12,7 @@
 //! Goals, in this order:
 //!
 //! 1. **Right.** Every fast path has a simple twin that a test compares it to, to the bit where that is possible
-//!    ([`reference`] is the twin of the whole); pictures are tested against closed forms and independent renderers.
+//!    ([`mod@reference`] is the twin of the whole); pictures are tested against closed forms and independent renderers.
 //! 2. **Deterministic.** The bytes of a picture do not depend on threads, wave size, tile order or instruction set.
 //! 3. **Fast.** A wave that does not beat the depth-first reference is a failure.
 //! 4. **Small.** A plan allocates and schedules only what the scene and the options require ([`plan`]).

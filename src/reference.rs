@@ -4,7 +4,7 @@
 //! must beat. It shares the scene, its acceleration structure and the pure functions of `sampling`, `material`, `light`
 //! and `transport`, and nothing of waves, stages or plans.
 
-use crate::bvh::ray::Ray;
+use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::{Accel, SingleRay};
 use crate::error::Result;
 use crate::film::develop::develop;
@@ -178,14 +178,7 @@ impl Tracer<'_> {
             return false;
         }
         if transport.counts_emission(depth) {
-            if let Some((id, light, cos)) = transport::emission(scene, &hit, path.origin, path.direction) {
-                let rate = transport.rates[id];
-                let weight = match depth > 0 && transport.mis() {
-                    true => transport::emission_weight(light, rate, path.origin, hit.t, cos, path.pdf),
-                    false => 1.0,
-                };
-                path.radiance = path.radiance + path.beta.times(light.radiance.into()) * weight;
-            }
+            path.radiance = path.radiance + self.emitted(depth, path, &hit);
         }
         if material.albedo == Vec3::ZERO {
             return false;
@@ -197,6 +190,21 @@ impl Tracer<'_> {
             }
         }
         transport.continues(depth) && self.scatter(depth, path, &surface, albedo, rays)
+    }
+
+    /// Emission that the path has found.
+    #[inline(always)]
+    fn emitted(&self, depth: u32, path: &Path, hit: &Hit) -> V3<f32> {
+        let Some((id, light, cos)) = transport::emission(self.scene, hit, path.origin, path.direction) else {
+            return V3::new(0.0, 0.0, 0.0);
+        };
+        let weight = if depth > 0 && self.transport.mis() {
+            let rate = self.transport.rates[id];
+            transport::emission_weight(light, rate, path.origin, hit.t, cos, path.pdf)
+        } else {
+            1.0
+        };
+        path.beta.times(light.radiance.into()) * weight
     }
 
     /// Direct-light sample `k`.
@@ -241,7 +249,8 @@ impl Tracer<'_> {
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
         let survival = self.transport.survival(depth, beta);
-        if !(beta.max_component() > 0.0) || random[2] >= survival {
+        let carries = beta.max_component() > 0.0;
+        if !carries || random[2] >= survival {
             return false;
         }
         rays.counts.bounce += 1;

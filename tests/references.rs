@@ -23,10 +23,11 @@ fn z_test(ours: &Picture, reference: &Picture, errors: &Picture) -> ZTest {
     let limit = Normal::standard().inverse_cdf(1.0 - per_test / 2.0);
     let mut passing = 0;
     let (mut difference, mut squared_error) = ([0.0f64; 3], [0.0f64; 3]);
-    for i in 0..ours.beauty.len() {
+    let pixels = ours.beauty.iter().zip(&reference.beauty).zip(variance).zip(&errors.beauty);
+    for (((ours, reference), variance), error) in pixels {
         for c in 0..3 {
-            let d = f64::from(ours.beauty[i][c]) - f64::from(reference.beauty[i][c]);
-            let v = f64::from(variance[i][c]) + f64::from(errors.beauty[i][c]).powi(2);
+            let d = f64::from(ours[c]) - f64::from(reference[c]);
+            let v = f64::from(variance[c]) + f64::from(error[c]).powi(2);
             difference[c] += d;
             squared_error[c] += v;
             // Both sides black without variance agree; any other difference without variance does not.

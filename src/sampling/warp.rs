@@ -30,7 +30,7 @@ pub fn concentric_disk<F: Lanes>(u: F, v: F) -> (F, F) {
 fn sin_cos_quarter<F: Lanes>(angle: F) -> (F, F) {
     let t = angle * angle;
     let s = F::splat(2.755_731_9e-6) * t + F::splat(-1.984_127e-4);
-    let s = s * t + F::splat(8.333_333_5e-3);
+    let s = s * t + F::splat(8.333_334e-3);
     let s = s * t + F::splat(-1.666_666_7e-1);
     let s = s * t * angle + angle;
     let c = F::splat(2.480_158_7e-5) * t + F::splat(-1.388_888_9e-3);
@@ -124,13 +124,13 @@ mod tests {
             let n = V3::new(u - Vec4::splat(0.5), v - Vec4::splat(0.3), u * v - Vec4::splat(0.2)).normalize();
             let wide = to_world(cosine_hemisphere(u, v), n);
             let cap = uniform_cap(u, v, Vec4::splat(0.3));
-            for lane in 0..4 {
-                let n1 = V3::new(four[lane].0 - 0.5, four[lane].1 - 0.3, four[lane].0 * four[lane].1 - 0.2).normalize();
-                let one = to_world(cosine_hemisphere(four[lane].0, four[lane].1), n1);
+            for (lane, &(u, v)) in four.iter().enumerate() {
+                let n1 = V3::new(u - 0.5, v - 0.3, u * v - 0.2).normalize();
+                let one = to_world(cosine_hemisphere(u, v), n1);
                 for (a, b) in [(wide.x[lane], one.x), (wide.y[lane], one.y), (wide.z[lane], one.z)] {
                     assert_eq!(a.to_bits(), b.to_bits());
                 }
-                assert_eq!(cap.x[lane].to_bits(), uniform_cap(four[lane].0, four[lane].1, 0.3).x.to_bits());
+                assert_eq!(cap.x[lane].to_bits(), uniform_cap(u, v, 0.3).x.to_bits());
             }
         }
     }
@@ -150,7 +150,7 @@ mod tests {
         let mut normals: Vec<V3<f32>> = grid(40)
             .map(|(u, v)| {
                 let d = uniform_hemisphere(u, v);
-                if (u * 1000.0) as u32 % 2 == 0 { d } else { -d }
+                if ((u * 1000.0) as u32).is_multiple_of(2) { d } else { -d }
             })
             .collect();
         normals.extend([

@@ -9,7 +9,7 @@
 //! | cost | 12 words written a row for a diffuse scene |
 
 use super::{Context, Stage};
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::lanes::Lanes;
 use crate::sampling::random::{Dimensions, uniform4};
 use crate::simd::Kernel;
 use crate::wave::features::Features;
@@ -114,8 +114,33 @@ fn jitter(pixel: &[u32], index: &[u32], seed: u32, [x, y]: [&mut [f32]; 2]) {
     }
 }
 
-/// The camera ray of one sample: the scalar twin of this stage.
-pub fn camera_direction(context: &Context, x: u32, y: u32, pixel: u32, sample: u32) -> V3<f32> {
-    let [u, v, ..] = uniform4(pixel, sample, Dimensions::CAMERA, context.seed);
-    context.lens.direction(x as f32 + u, y as f32 + v)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::lanes::V3;
+    use crate::stages::tests::Fixture;
+    use crate::wave::Wave;
+
+    #[test]
+    fn rows_are_the_samples_of_the_spans_in_order() {
+        let fixture = Fixture::new();
+        for context in fixture.contexts() {
+            let span = |x: u32, y: u32, first, count| Span { x, y, pixel: y * 32 + x, first, count, tile: 0, local: 0 };
+            let spans = [span(3, 2, 0, 5), span(4, 2, 7, 1), span(31, 23, 100, 3)];
+            let mut wave = Wave::allocate(16, 1, context.features);
+            let n = run(&context, &spans, Out { samples: &mut wave.samples, paths: &mut wave.paths });
+            assert_eq!(n, 9);
+            let expected: Vec<(&Span, u32)> =
+                spans.iter().flat_map(|s| (s.first..s.first + s.count).map(move |k| (s, k))).collect();
+            for (row, (span, index)) in expected.into_iter().enumerate() {
+                assert_eq!((wave.samples.pixel[row], wave.samples.index[row]), (span.pixel, index));
+                assert_eq!(wave.paths.slot[row] as usize, row);
+                // The scalar twin: the same camera ray, to the bit.
+                let [u, v, ..] = uniform4(span.pixel, index, Dimensions::CAMERA, context.seed);
+                let d: V3<f32> = context.lens.direction(span.x as f32 + u, span.y as f32 + v);
+                assert_eq!([d.x, d.y, d.z], [wave.paths.dx[row], wave.paths.dy[row], wave.paths.dz[row]]);
+                assert_eq!(wave.paths.beta_g[row], 1.0);
+            }
+        }
+    }
 }

@@ -60,3 +60,50 @@ pub struct Stage {
 /// The six, in the order in which they run.
 pub const ALL: [&Stage; 6] =
     [&generate::STAGE, &traverse::STAGE, &shade::STAGE, &shadow::STAGE, &roulette::STAGE, &retire::STAGE];
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::options::{self, Direct, RenderOptions, Roulette};
+    use crate::plan::Plan;
+    use crate::scene::camera::Camera;
+    use crate::scene::stage::{Stage as Setting, UpAxis, place};
+    use crate::scene::{SceneOptions, procedural};
+
+    /// A small scene for the tests of the stages: cubes in the Cornell box, a frame of 32 × 24 pixels.
+    pub struct Fixture {
+        scene: Scene,
+        accel: Accel,
+        camera: Camera,
+    }
+
+    impl Fixture {
+        pub fn new() -> Fixture {
+            let cubes = procedural::generate("proc:cubes,tris=12").expect("cubes");
+            let staged = place(cubes, Setting::Cornell, UpAxis::Y).expect("stage");
+            let scene = Scene::build(staged.description, SceneOptions::default()).expect("scene");
+            let accel = Accel::build(&scene.shapes, options::Accel::Bvh).expect("tree");
+            Fixture { scene, accel, camera: staged.camera }
+        }
+
+        /// For light sampling and for hemisphere sampling, on every tier.
+        pub fn contexts(&self) -> Vec<Context<'_>> {
+            let of = |direct: Direct, tier: Tier| {
+                let roulette = Roulette::Fixed(0.5);
+                let options = RenderOptions { width: 32, height: 24, direct, roulette, ..RenderOptions::default() };
+                let plan = Plan::new(&self.scene, &self.accel, &options).expect("plan");
+                Context {
+                    scene: &self.scene,
+                    accel: &self.accel,
+                    lens: self.camera.lens(32, 24),
+                    transport: Transport::new(&options, &self.scene.lights),
+                    features: plan.features,
+                    seed: 9,
+                    tier,
+                }
+            };
+            let directs = [Direct::Mis, Direct::Hemisphere].into_iter();
+            directs.flat_map(|direct| Tier::available().into_iter().map(move |tier| of(direct, tier))).collect()
+        }
+    }
+}

@@ -54,3 +54,37 @@ pub fn run(spans: &[Span], samples: &Samples, tiles: &mut [Tile]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::tile::{FilmLayout, tiles};
+    use crate::options::Cell;
+    use crate::wave::columns::padded;
+
+    /// However the samples of a pixel are cut into spans, the film holds the same bits.
+    #[test]
+    fn cuts_between_waves_leave_no_trace() {
+        let cell = Cell { x: 0, y: 0, width: 3, height: 1 };
+        let layout = FilmLayout { variance: true, luminance: true, aovs: false };
+        let value = |pixel: u32, index: u32| (pixel as f32 + 1.3) / (index as f32 + 0.7);
+        let film = |cut: u32| {
+            let mut film = tiles(cell, layout);
+            let mut samples = Samples::allocate(padded(300), Features::TRANSPORT);
+            for first in (0..100).step_by(cut as usize) {
+                let count = cut.min(100 - first);
+                let spans: Vec<Span> =
+                    (0..3).map(|p| Span { x: p, y: 0, pixel: p, first, count, tile: 0, local: p }).collect();
+                let rows = spans.iter().flat_map(|s| (s.first..s.first + s.count).map(|k| value(s.pixel, k)));
+                for (slot, value) in rows.enumerate() {
+                    (samples.r[slot], samples.g[slot], samples.b[slot]) = (value, value * 0.5, 0.1);
+                }
+                run(&spans, &samples, &mut film);
+            }
+            let tile = film.remove(0);
+            (tile.mean, tile.m2, tile.count, tile.luminance.iter().map(|m| m.mean.to_bits()).collect::<Vec<_>>())
+        };
+        assert_eq!(film(100), film(1));
+        assert_eq!(film(100), film(7));
+    }
+}

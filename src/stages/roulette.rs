@@ -72,3 +72,41 @@ fn gather<T: Copy>(to: &mut [T], from: &[T], rows: &[u32]) {
         *to = from[row as usize];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Roulette;
+    use crate::stages::tests::Fixture;
+    use crate::wave::Wave;
+
+    #[test]
+    fn live_rows_stay_in_order_and_carry_what_the_dead_would_have() {
+        let fixture = Fixture::new();
+        let mut context = fixture.contexts().remove(0);
+        context.transport.roulette = Roulette::Fixed(0.25);
+        let n = 4000;
+        let mut wave = Wave::allocate(n, 1, context.features);
+        for row in 0..n {
+            let alive = row % 5 != 0;
+            wave.next.slot[row] = row as u32;
+            wave.next.ox[row] = row as f32;
+            wave.next.beta_r[row] = if alive { 0.5 } else { 0.0 };
+            wave.next.roulette[row] = (row as f32 * 0.618_034).fract();
+        }
+        let Wave { next, paths, scratch, .. } = &mut wave;
+        // Before its start, the rule lets every path go on that carries anything.
+        let live = run(&context, 0, n, next, paths, scratch);
+        assert_eq!(live, n - n / 5);
+        assert!(paths.beta_r[..live].iter().all(|&b| b == 0.5));
+
+        let live = run(&context, 1, n, next, paths, scratch);
+        assert!(paths.slot[..live].is_sorted_by(|a, b| a < b), "compaction is stable");
+        for (row, &slot) in paths.slot[..live].iter().enumerate() {
+            assert!(slot % 5 != 0 && next.roulette[slot as usize] < 0.25);
+            assert_eq!((paths.ox[row], paths.beta_r[row]), (slot as f32, 2.0));
+        }
+        let expected = (0..n).filter(|row| row % 5 != 0 && next.roulette[*row] < 0.25).count();
+        assert_eq!(live, expected);
+    }
+}

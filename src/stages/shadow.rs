@@ -84,3 +84,33 @@ fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stages::tests::Fixture;
+    use crate::wave::Wave;
+
+    /// Rays from the middle of the box: up to the lamp, which counts as free until the lamp itself, and down to the floor.
+    #[test]
+    fn light_arrives_where_nothing_is_in_the_way() {
+        let fixture = Fixture::new();
+        for context in fixture.contexts() {
+            let mut wave = Wave::allocate(16, 1, context.features);
+            let hemisphere = context.features.has(Features::HEMISPHERE);
+            for (row, (dy, t_max)) in [(1.0, 0.5), (-1.0, 100.0), (1.0, 100.0)].into_iter().enumerate() {
+                let s = &mut wave.shadows;
+                (s.ox[row], s.oy[row], s.oz[row]) = (0.0, 0.75, -0.9);
+                (s.dx[row], s.dy[row], s.dz[row]) = (0.0, dy, 0.0);
+                s.t_max[row] = if hemisphere { f32::INFINITY } else { t_max };
+                s.slot[row] = row as u32;
+                (s.direct_r[row], s.direct_g[row], s.direct_b[row]) = (1.0, 2.0, 3.0);
+            }
+            let Wave { samples, shadows, shadow_hits, scratch, .. } = &mut wave;
+            run(&context, 3, shadows, Out { samples, hits: shadow_hits }, scratch);
+            // Above is the ceiling, not the lamp: a hemisphere ray finds nothing there.
+            let expected = if hemisphere { [0.0; 3] } else { [2.0, 0.0, 0.0] };
+            assert_eq!(samples.g[..3], expected);
+        }
+    }
+}

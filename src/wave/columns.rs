@@ -1,6 +1,6 @@
 //! The one declaration of a column: name, type, meaning and the feature that requires it.
 //!
-//! [`columns!`] turns a list of those into a table: a struct of [`Aligned`] columns, their allocation (a column that
+//! The macro `columns!` turns a list of those into a table: a struct of [`Aligned`] columns, their allocation (a column that
 //! the plan does not require has no rows), and [`ColumnInfo`]s from which byte counts, reports and the
 //! plan's checks derive.
 
