@@ -6,7 +6,7 @@
 
 use std::hint::black_box;
 
-use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns};
+use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
 use comber::simd::Tier;
@@ -60,6 +60,15 @@ impl Rays {
     }
 }
 
+/// What the others are checked against.
+const PLAIN: (Traversal, Tier) = (Traversal::Single, Tier::Baseline);
+
+/// Every way through the tree on every tier.
+fn kernels() -> Vec<(Traversal, Tier)> {
+    let ways = [Traversal::Single, Traversal::InFlight];
+    ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
+}
+
 /// Hits in columns.
 #[derive(PartialEq, Debug)]
 struct Hits {
@@ -67,23 +76,23 @@ struct Hits {
     ids: [Vec<u32>; 2],
 }
 
-fn trace(accel: &Accel, tier: Tier, rays: &Rays) -> Hits {
+fn trace(accel: &Accel, (way, tier): (Traversal, Tier), rays: &Rays) -> Hits {
     let n = rays.len();
     let mut hits = Hits { floats: [(); 3].map(|()| vec![0.0; n]), ids: [(); 2].map(|()| vec![0; n]) };
     for start in (0..n).step_by(WAVE) {
         let rows = start..(start + WAVE).min(n);
         let [t, u, v] = hits.floats.each_mut().map(|column| &mut column[rows.clone()]);
         let [prim, geom] = hits.ids.each_mut().map(|column| &mut column[rows.clone()]);
-        accel.closest_hits(tier, rays.wave(rows), HitColumnsMut { t, u, v, prim, geom });
+        accel.closest_hits(way, tier, rays.wave(rows), HitColumnsMut { t, u, v, prim, geom });
     }
     hits
 }
 
-fn occluded(accel: &Accel, tier: Tier, rays: &Rays) -> Vec<bool> {
+fn occluded(accel: &Accel, (way, tier): (Traversal, Tier), rays: &Rays) -> Vec<bool> {
     let mut occluded = vec![false; rays.len()];
     for start in (0..rays.len()).step_by(WAVE) {
         let rows = start..(start + WAVE).min(rays.len());
-        accel.any_hits(tier, rays.wave(rows.clone()), &mut occluded[rows]);
+        accel.any_hits(way, tier, rays.wave(rows.clone()), &mut occluded[rows]);
     }
     occluded
 }
@@ -125,7 +134,7 @@ fn bench(criterion: &mut Criterion) {
     let shapes = bumpy_sphere(390, 390);
     let accel = Accel::build(&shapes, options::Accel::Bvh).expect("small enough");
     let camera = camera();
-    let bounce = bounces(&shapes, &camera, &trace(&accel, Tier::Baseline, &camera));
+    let bounce = bounces(&shapes, &camera, &trace(&accel, PLAIN, &camera));
 
     let mut group = criterion.benchmark_group("bvh/build");
     group.sample_size(10).throughput(Throughput::Elements(shapes.triangles.len() as u64));
@@ -133,23 +142,27 @@ fn bench(criterion: &mut Criterion) {
     group.finish();
 
     for (name, rays) in [("camera", &camera), ("bounce", &bounce)] {
-        let expected = trace(&accel, Tier::Baseline, rays);
+        let expected = trace(&accel, PLAIN, rays);
         let mut group = criterion.benchmark_group(format!("bvh/{name}"));
         group.sample_size(20).throughput(Throughput::Elements(rays.len() as u64));
-        for tier in Tier::available() {
-            assert_eq!(trace(&accel, tier, rays), expected, "tiers disagree");
-            group.bench_function(tier.name(), |b| b.iter(|| trace(&accel, tier, black_box(rays))));
+        for kernel in kernels() {
+            assert_eq!(trace(&accel, kernel, rays), expected, "kernels disagree");
+            group.bench_function(format!("{:?}/{}", kernel.0, kernel.1.name()), |b| {
+                b.iter(|| trace(&accel, kernel, black_box(rays)))
+            });
         }
         group.finish();
     }
 
-    let expected = trace(&accel, Tier::Baseline, &bounce);
+    let expected = trace(&accel, PLAIN, &bounce);
     let mut group = criterion.benchmark_group("bvh/occlusion");
     group.sample_size(20).throughput(Throughput::Elements(bounce.len() as u64));
-    for tier in Tier::available() {
-        let any = occluded(&accel, tier, &bounce);
+    for kernel in kernels() {
+        let any = occluded(&accel, kernel, &bounce);
         assert!(any.iter().zip(&expected.floats[0]).all(|(any, t)| *any == t.is_finite()), "any hit disagrees");
-        group.bench_function(tier.name(), |b| b.iter(|| occluded(&accel, tier, black_box(&bounce))));
+        group.bench_function(format!("{:?}/{}", kernel.0, kernel.1.name()), |b| {
+            b.iter(|| occluded(&accel, kernel, black_box(&bounce)))
+        });
     }
     group.finish();
 }

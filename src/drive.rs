@@ -305,7 +305,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
     }
     let mut depth = 0;
     while live > 0 {
-        totals.time(TRAVERSE, live, || stages::traverse::run(context, live, paths, hits));
+        totals.time(TRAVERSE, live, || stages::traverse::run(context, depth, live, paths, hits));
         scratch.reset();
         let shaded = totals.time(SHADE, live, || {
             let out = stages::shade::Out { samples, shadows, next };

@@ -189,7 +189,7 @@ fn planned_columns(tables: &[Table]) -> Vec<PlannedColumn> {
         name,
         what: format!("{}: {}", info.ty, info.meaning),
         bytes: ColumnInfo::BYTES * table.rows_per_path,
-        why: info.requires.why(),
+        why: (info.requires | table.requires).why(),
     };
     tables.iter().flat_map(|table| table.allocated().map(move |c| column(table, c))).collect()
 }
@@ -203,9 +203,12 @@ fn resolve(list: &[(&'static str, Features)], features: Features, columns: &[Str
             Some(table) => names.extend(columns.iter().filter(|c| c.starts_with(table)).cloned()),
             None => names.extend(columns.iter().filter(|c| c == pattern).cloned()),
         }
-        if names.len() == before {
+        // Two entries of a list may stand for the same column: once with, once without a feature.
+        let found = names.split_off(before);
+        if found.is_empty() {
             return Err(Error::Options(format!("the plan has no column {pattern}: a stage's list is wrong")));
         }
+        names.extend(found.into_iter().filter(|name| !names.contains(name)).collect::<Vec<_>>());
     }
     Ok(names)
 }

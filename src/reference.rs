@@ -5,7 +5,7 @@
 //! and `transport`, and nothing of waves, stages or plans.
 
 use crate::bvh::ray::Ray;
-use crate::bvh::{Accel, TraversalCounts};
+use crate::bvh::{Accel, SingleRay};
 use crate::error::Result;
 use crate::film::develop::develop;
 use crate::film::picture::Picture;
@@ -17,6 +17,7 @@ use crate::sampling::random::{Dimensions, uniform4};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
 use crate::scene::surface::SurfacePoint;
+use crate::simd::{Kernel, Tier};
 use crate::transport::{self, Transport};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -49,12 +50,33 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOpt
         transport: Transport::new(options, &scene.lights),
     };
     let mut film = tiles(cell, layout);
-    let rays = film.par_iter_mut().map(|tile| tracer.render_tile(tile)).reduce(RayCounts::default, |a, b| RayCounts {
-        camera: a.camera + b.camera,
-        bounce: a.bounce + b.bounce,
-        shadow: a.shadow + b.shadow,
-    });
+    // The control runs on the waves' instruction set: what it is measured for is the order of work alone.
+    let tier = Tier::detect(options.simd)?;
+    let rays = film.par_iter_mut().map(|tile| tier.run(TileKernel { tracer: &tracer, tile })).reduce(
+        RayCounts::default,
+        |a, b| RayCounts { camera: a.camera + b.camera, bounce: a.bounce + b.bounce, shadow: a.shadow + b.shadow },
+    );
     Ok(Reference { picture: develop(&film, cell, (options.width, options.height)), rays })
+}
+
+struct TileKernel<'a> {
+    tracer: &'a Tracer<'a>,
+    tile: &'a mut Tile,
+}
+
+impl Kernel for TileKernel<'_> {
+    type Output = RayCounts;
+
+    #[inline(always)]
+    fn run(self) -> RayCounts {
+        self.tracer.render_tile(self.tile)
+    }
+}
+
+/// Queries and their numbers.
+struct Rays<'a> {
+    single: SingleRay<'a>,
+    counts: RayCounts,
 }
 
 struct Tracer<'a> {
@@ -79,8 +101,9 @@ struct Path {
 
 impl Tracer<'_> {
     /// All samples of a tile's pixels, one after another.
+    #[inline(always)]
     fn render_tile(&self, tile: &mut Tile) -> RayCounts {
-        let mut rays = RayCounts::default();
+        let mut rays = Rays { single: self.accel.single(), counts: RayCounts::default() };
         let batch = self.options.adaptive.map_or(self.options.samples, |a| a.batch);
         let mut first = 0;
         while first < self.options.samples && !tile.active.is_empty() {
@@ -97,11 +120,12 @@ impl Tracer<'_> {
             }
             first = end;
         }
-        rays
+        rays.counts
     }
 
     /// One sample of a pixel.
-    fn sample(&self, x: u32, y: u32, index: u32, rays: &mut RayCounts) -> Sample {
+    #[inline(always)]
+    fn sample(&self, x: u32, y: u32, index: u32, rays: &mut Rays) -> Sample {
         let pixel = y * self.options.width + x;
         let [u, v, ..] = uniform4(pixel, index, Dimensions::CAMERA, self.options.seed);
         let zero = V3::new(0.0, 0.0, 0.0);
@@ -115,11 +139,10 @@ impl Tracer<'_> {
             radiance: zero,
         };
         let mut sample = Sample { depth: f32::INFINITY, ..Sample::default() };
-        rays.camera += 1;
+        rays.counts.camera += 1;
         if self.options.integrator == Integrator::BvhCost {
-            let mut counts = TraversalCounts::default();
-            self.accel.closest_hit(&ray(path.origin, path.direction, f32::INFINITY), &mut counts);
-            sample.radiance = [counts.node_visits as f32; 3];
+            let visits = rays.single.cost(&ray(path.origin, path.direction, f32::INFINITY));
+            sample.radiance = [visits as f32; 3];
             return sample;
         }
         for depth in 0.. {
@@ -134,10 +157,10 @@ impl Tracer<'_> {
     }
 
     /// Traces the path's ray and shades what it hits; `true` if the path goes on.
-    fn vertex(&self, depth: u32, path: &mut Path, sample: &mut Sample, rays: &mut RayCounts) -> bool {
+    #[inline(always)]
+    fn vertex(&self, depth: u32, path: &mut Path, sample: &mut Sample, rays: &mut Rays) -> bool {
         let (scene, transport) = (self.scene, &self.transport);
-        let mut counts = TraversalCounts::default();
-        let hit = self.accel.closest_hit(&ray(path.origin, path.direction, f32::INFINITY), &mut counts);
+        let hit = rays.single.closest_hit(&ray(path.origin, path.direction, f32::INFINITY));
         if !hit.is_some() {
             return false;
         }
@@ -177,19 +200,11 @@ impl Tracer<'_> {
     }
 
     /// Direct-light sample `k`.
-    fn direct(
-        &self,
-        depth: u32,
-        k: u32,
-        path: &mut Path,
-        at: &SurfacePoint<f32>,
-        albedo: V3<f32>,
-        rays: &mut RayCounts,
-    ) {
+    #[inline(always)]
+    fn direct(&self, depth: u32, k: u32, path: &mut Path, at: &SurfacePoint<f32>, albedo: V3<f32>, rays: &mut Rays) {
         let (scene, transport) = (self.scene, &self.transport);
         let random = uniform4(path.pixel, path.index, transport.dimensions.light(depth, k), self.options.seed);
         let frame = [at.normal, at.geometric];
-        let mut counts = TraversalCounts::default();
         if transport.direct == crate::options::Direct::Hemisphere {
             let uv = [random[0], random[1]];
             let (direction, value) =
@@ -197,8 +212,8 @@ impl Tracer<'_> {
             if is_zero(value) {
                 return;
             }
-            rays.shadow += 1;
-            let hit = self.accel.closest_hit(&ray(at.origin, direction, f32::INFINITY), &mut counts);
+            rays.counts.shadow += 1;
+            let hit = rays.single.closest_hit(&ray(at.origin, direction, f32::INFINITY));
             if let Some((_, light, _)) = transport::emission(scene, &hit, at.origin, direction) {
                 path.radiance = path.radiance + value.times(light.radiance.into());
             }
@@ -213,21 +228,15 @@ impl Tracer<'_> {
         if is_zero(value) {
             return;
         }
-        rays.shadow += 1;
-        if !self.accel.any_hit(&ray(at.origin, found.direction, found.distance), &mut counts) {
+        rays.counts.shadow += 1;
+        if !rays.single.any_hit(&ray(at.origin, found.direction, found.distance)) {
             path.radiance = path.radiance + value;
         }
     }
 
     /// Draws the continuing ray; `false` if the path ends here.
-    fn scatter(
-        &self,
-        depth: u32,
-        path: &mut Path,
-        at: &SurfacePoint<f32>,
-        albedo: V3<f32>,
-        rays: &mut RayCounts,
-    ) -> bool {
+    #[inline(always)]
+    fn scatter(&self, depth: u32, path: &mut Path, at: &SurfacePoint<f32>, albedo: V3<f32>, rays: &mut Rays) -> bool {
         let random = uniform4(path.pixel, path.index, self.transport.dimensions.bounce(depth), self.options.seed);
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
@@ -235,7 +244,7 @@ impl Tracer<'_> {
         if !(beta.max_component() > 0.0) || random[2] >= survival {
             return false;
         }
-        rays.bounce += 1;
+        rays.counts.bounce += 1;
         path.origin = at.origin;
         path.direction = drawn.direction;
         path.beta = beta * (1.0 / survival);

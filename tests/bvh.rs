@@ -1,7 +1,7 @@
 //! The tree agrees with the oracle, and with itself for every tier and number of threads.
 
 use comber::bvh::ray::{Hit, MISS, Ray};
-use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, TraversalCounts};
+use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
@@ -58,25 +58,31 @@ impl Batch {
         RayColumns { ox, oy, oz, dx, dy, dz, t_max: Some(&self.t_max) }
     }
 
-    fn closest(&self, accel: &Accel, tier: Tier, counted: bool) -> (Vec<Hit>, TraversalCounts) {
+    fn closest(&self, accel: &Accel, (way, tier): (Traversal, Tier), counted: bool) -> (Vec<Hit>, TraversalCounts) {
         let n = self.t_max.len();
         let (mut t, mut u, mut v) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         let (mut prim, mut geom) = (vec![0; n], vec![0; n]);
         let hits = HitColumnsMut { t: &mut t, u: &mut u, v: &mut v, prim: &mut prim, geom: &mut geom };
         let counts = if counted {
-            accel.closest_hits_counted(tier, self.rays(), hits)
+            accel.closest_hits_counted(way, tier, self.rays(), hits)
         } else {
-            accel.closest_hits(tier, self.rays(), hits)
+            accel.closest_hits(way, tier, self.rays(), hits)
         };
         let hit = |i: usize| Hit { t: t[i], u: u[i], v: v[i], prim: prim[i], geom: geom[i] };
         ((0..n).map(hit).collect(), counts)
     }
 
-    fn any(&self, accel: &Accel, tier: Tier) -> Vec<bool> {
+    fn any(&self, accel: &Accel, (way, tier): (Traversal, Tier)) -> Vec<bool> {
         let mut occluded = vec![false; self.t_max.len()];
-        accel.any_hits(tier, self.rays(), &mut occluded);
+        accel.any_hits(way, tier, self.rays(), &mut occluded);
         occluded
     }
+}
+
+/// Every way through the tree on every tier.
+fn kernels() -> Vec<(Traversal, Tier)> {
+    let ways = [Traversal::Single, Traversal::InFlight];
+    ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
 }
 
 /// Shapes of three geometries, so that geometry numbers are tested too.
@@ -170,24 +176,24 @@ fn both(shapes: &Shapes) -> (Accel, Accel) {
 fn assert_agree(shapes: &Shapes, rays: &[Ray]) {
     let (bvh, brute) = both(shapes);
     let batch = Batch::new(rays);
-    let (expected, _) = batch.closest(&brute, Tier::Baseline, false);
-    for tier in Tier::available() {
+    let (expected, _) = batch.closest(&brute, (Traversal::Single, Tier::Baseline), false);
+    for kernel in kernels() {
         for counted in [false, true] {
-            let (hits, counts) = batch.closest(&bvh, tier, counted);
+            let (hits, counts) = batch.closest(&bvh, kernel, counted);
             for ((hit, expected), ray) in hits.iter().zip(&expected).zip(rays) {
-                assert_eq!(hit, expected, "{ray:?} {}", tier.name());
+                assert_eq!(hit, expected, "{ray:?} {:?} {}", kernel.0, kernel.1.name());
             }
             assert_eq!(counts.rays, rays.len() as u64);
             assert_eq!(counts.node_visits > 0, counted);
         }
-        for ((occluded, expected), ray) in batch.any(&bvh, tier).into_iter().zip(&expected).zip(rays) {
-            assert_eq!(occluded, expected.is_some(), "{ray:?} {}", tier.name());
+        for ((occluded, expected), ray) in batch.any(&bvh, kernel).into_iter().zip(&expected).zip(rays) {
+            assert_eq!(occluded, expected.is_some(), "{ray:?} {:?} {}", kernel.0, kernel.1.name());
         }
     }
-    let mut counts = TraversalCounts::default();
+    let mut single = bvh.single();
     for (ray, expected) in rays.iter().zip(&expected) {
-        assert_eq!(bvh.closest_hit(ray, &mut counts), *expected);
-        assert_eq!(bvh.any_hit(ray, &mut counts), expected.is_some());
+        assert_eq!(single.closest_hit(ray), *expected);
+        assert_eq!(single.any_hit(ray), expected.is_some());
         if expected.is_some() {
             assert_eq!(expected.geom, shapes.geometry_of(expected.prim));
         }
@@ -247,10 +253,10 @@ fn nothing_to_hit() {
     let shapes = Shapes::default();
     let rays = rays(&mut Random(1), &shapes, 100);
     for accel in <[Accel; 2]>::from(both(&shapes)) {
-        for tier in Tier::available() {
+        for kernel in kernels() {
             let batch = Batch::new(&rays);
-            assert!(batch.closest(&accel, tier, true).0.iter().all(|hit| *hit == Hit::NONE));
-            assert!(batch.any(&accel, tier).iter().all(|occluded| !occluded));
+            assert!(batch.closest(&accel, kernel, true).0.iter().all(|hit| *hit == Hit::NONE));
+            assert!(batch.any(&accel, kernel).iter().all(|occluded| !occluded));
         }
         assert!(accel.bounds().is_empty());
         assert!(accel.boxes_at_depth(0).is_empty());
@@ -262,15 +268,18 @@ fn one_primitive() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let (accel, _) = both(&shapes(vec![triangle], vec![]));
     let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
-    let mut counts = TraversalCounts::default();
-    let hit = accel.closest_hit(&ray, &mut counts);
+    let mut single = accel.single();
+    let hit = single.closest_hit(&ray);
     assert_eq!((hit.t, hit.u, hit.v, hit.prim), (1.0, 0.25, 0.25, 0));
-    assert_eq!(counts, TraversalCounts { rays: 1, node_visits: 1, leaf_visits: 1, primitive_tests: 1 });
+    for kernel in kernels() {
+        let (_, counts) = Batch::new(&[ray]).closest(&accel, kernel, true);
+        assert_eq!(counts, TraversalCounts { rays: 1, node_visits: 1, leaf_visits: 1, primitive_tests: 1 });
+    }
     // t_max is inclusive.
-    assert!(accel.any_hit(&Ray { t_max: 1.0, ..ray }, &mut counts));
-    assert!(!accel.any_hit(&Ray { t_max: 1f32.next_down(), ..ray }, &mut counts));
+    assert!(single.any_hit(&Ray { t_max: 1.0, ..ray }));
+    assert!(!single.any_hit(&Ray { t_max: 1f32.next_down(), ..ray }));
     // A ray that starts on it does not hit it.
-    assert!(!accel.any_hit(&Ray { origin: ray.origin.with_z(0.0), ..ray }, &mut counts));
+    assert!(!single.any_hit(&Ray { origin: ray.origin.with_z(0.0), ..ray }));
     assert_eq!(accel.bounds().max, Vec3::new(1.0, 1.0, 0.0));
 }
 
@@ -299,9 +308,9 @@ fn untraceable_rays_end_and_miss() {
     }
     let batch = Batch::new(&rays);
     for accel in <[Accel; 2]>::from(both(&shapes)) {
-        for tier in Tier::available() {
-            assert!(batch.closest(&accel, tier, false).0.iter().all(|hit| hit.prim == MISS && hit.geom == MISS));
-            assert!(batch.any(&accel, tier).iter().all(|occluded| !occluded));
+        for kernel in kernels() {
+            assert!(batch.closest(&accel, kernel, false).0.iter().all(|hit| hit.prim == MISS && hit.geom == MISS));
+            assert!(batch.any(&accel, kernel).iter().all(|occluded| !occluded));
         }
     }
 }
@@ -316,9 +325,9 @@ fn extreme_rays_end() {
     let mut vector = || Vec3::new(pick(), pick(), pick());
     let rays: Vec<Ray> =
         (0..5000).map(|_| Ray { origin: vector(), direction: vector(), t_max: f32::INFINITY }).collect();
-    for tier in Tier::available() {
-        Batch::new(&rays).closest(&accel, tier, false);
-        Batch::new(&rays).any(&accel, tier);
+    for kernel in kernels() {
+        Batch::new(&rays).closest(&accel, kernel, false);
+        Batch::new(&rays).any(&accel, kernel);
     }
 }
 
@@ -330,7 +339,7 @@ fn a_million_coincident_triangles() {
     assert!(accel.stats().depth < 30, "depth {}", accel.stats().depth);
     let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
     // Of equal hits, the smallest primitive.
-    assert_eq!(accel.closest_hit(&ray, &mut TraversalCounts::default()).prim, 0);
+    assert_eq!(accel.single().closest_hit(&ray).prim, 0);
 }
 
 #[test]
@@ -374,10 +383,10 @@ fn cost_columns_count_nodes() {
     let rays = rays(&mut random, &shapes, 500);
     let (accel, _) = both(&shapes);
     let batch = Batch::new(&rays);
-    for tier in Tier::available() {
+    for kernel in kernels() {
         let mut visits = vec![0; rays.len()];
-        accel.cost_columns(tier, batch.rays(), &mut visits);
-        let (_, counts) = batch.closest(&accel, tier, true);
+        accel.cost_columns(kernel.1, batch.rays(), &mut visits);
+        let (_, counts) = batch.closest(&accel, kernel, true);
         assert_eq!(visits.iter().map(|&n| u64::from(n)).sum::<u64>(), counts.node_visits);
     }
 }

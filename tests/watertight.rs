@@ -1,7 +1,7 @@
 //! No ray leaves a closed mesh unseen: not through edges, not through vertices, not along the faces of boxes, at no
 //! scale and no offset.
 
-use comber::bvh::{Accel, HitColumnsMut, RayColumns};
+use comber::bvh::{Accel, HitColumnsMut, RayColumns, Traversal};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
 use comber::simd::Tier;
@@ -202,20 +202,23 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
     let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_max: None };
-    for tier in Tier::available() {
+    let tiers = Tier::available().into_iter();
+    let ways = tiers.flat_map(|tier| [Traversal::Single, Traversal::InFlight].map(|way| (way, tier)));
+    for (way, tier) in ways {
         let (mut t, mut u, mut v) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let (mut prim, mut geom) = (vec![0; count], vec![0; count]);
         accel.closest_hits(
+            way,
             tier,
             rays,
             HitColumnsMut { t: &mut t, u: &mut u, v: &mut v, prim: &mut prim, geom: &mut geom },
         );
         let mut occluded = vec![false; count];
-        accel.any_hits(tier, rays, &mut occluded);
+        accel.any_hits(way, tier, rays, &mut occluded);
         let leaks: Vec<_> = (0..count).filter(|&i| t[i].is_infinite() || !occluded[i]).collect();
         assert!(
             leaks.is_empty(),
-            "{} at scale {scale}, offset {offset}, {}: {} of {count} rays leak; the first, of kind {}: {:?}",
+            "{} at scale {scale}, offset {offset}, {way:?} {}: {} of {count} rays leak; the first, of kind {}: {:?}",
             solid.name,
             tier.name(),
             leaks.len(),

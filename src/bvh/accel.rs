@@ -8,6 +8,7 @@ use super::bvh4::Bvh4;
 use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
+use super::traverse::{Stack, Traversal};
 use crate::error::Result;
 use crate::options;
 use crate::scene::shapes::Shapes;
@@ -38,18 +39,38 @@ impl Accel {
         }
     }
 
-    /// The closest hit of each ray. Counts rays only.
-    pub fn closest_hits(&self, tier: Tier, rays: RayColumns<'_>, hits: HitColumnsMut<'_>) -> TraversalCounts {
+    /// The way through the tree that suits rays of which neighbours go the same way (`coherent`), or do not.
+    pub fn suited(&self, coherent: bool) -> Traversal {
         match self {
-            Accel::Bvh(bvh) => bvh.closest_hits(tier, rays, hits),
-            Accel::Brute(..) => self.closest_hits_counted(tier, rays, hits),
+            Accel::Bvh(bvh) => bvh.suited(coherent),
+            Accel::Brute(..) => Traversal::Single,
+        }
+    }
+
+    /// The closest hit of each ray. Counts rays only.
+    pub fn closest_hits(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        hits: HitColumnsMut<'_>,
+    ) -> TraversalCounts {
+        match self {
+            Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits),
+            Accel::Brute(..) => self.closest_hits_counted(way, tier, rays, hits),
         }
     }
 
     /// The closest hit of each ray, counting what was visited.
-    pub fn closest_hits_counted(&self, tier: Tier, rays: RayColumns<'_>, hits: HitColumnsMut<'_>) -> TraversalCounts {
+    pub fn closest_hits_counted(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        hits: HitColumnsMut<'_>,
+    ) -> TraversalCounts {
         match self {
-            Accel::Bvh(bvh) => bvh.closest_hits_counted(tier, rays, hits),
+            Accel::Bvh(bvh) => bvh.closest_hits_counted(way, tier, rays, hits),
             Accel::Brute(brute, _) => {
                 let mut hits = hits.trimmed(rays.len());
                 let mut counts = TraversalCounts::default();
@@ -62,17 +83,23 @@ impl Accel {
     }
 
     /// Whether each ray hits anything. Counts rays only.
-    pub fn any_hits(&self, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
+    pub fn any_hits(&self, way: Traversal, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
         match self {
-            Accel::Bvh(bvh) => bvh.any_hits(tier, rays, occluded),
-            Accel::Brute(..) => self.any_hits_counted(tier, rays, occluded),
+            Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded),
+            Accel::Brute(..) => self.any_hits_counted(way, tier, rays, occluded),
         }
     }
 
     /// Whether each ray hits anything, counting what was visited.
-    pub fn any_hits_counted(&self, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
+    pub fn any_hits_counted(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        occluded: &mut [bool],
+    ) -> TraversalCounts {
         match self {
-            Accel::Bvh(bvh) => bvh.any_hits_counted(tier, rays, occluded),
+            Accel::Bvh(bvh) => bvh.any_hits_counted(way, tier, rays, occluded),
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts::default();
                 for (row, occluded) in occluded[..rays.len()].iter_mut().enumerate() {
@@ -87,30 +114,18 @@ impl Accel {
     pub fn cost_columns(&self, tier: Tier, rays: RayColumns<'_>, visits: &mut [u32]) {
         match self {
             Accel::Bvh(bvh) => bvh.cost_columns(tier, rays, visits),
-            Accel::Brute(brute, _) => {
+            Accel::Brute(..) => {
+                let mut single = self.single();
                 for (row, visits) in visits[..rays.len()].iter_mut().enumerate() {
-                    let mut counts = TraversalCounts::default();
-                    brute.closest_hit(&rays.ray(row), &mut counts);
-                    *visits = counts.primitive_tests as u32;
+                    *visits = single.cost(&rays.ray(row)) as u32;
                 }
             }
         }
     }
 
-    /// The closest hit of one ray, for callers that have no batch; adds to `counts`.
-    pub fn closest_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> Hit {
-        match self {
-            Accel::Bvh(bvh) => bvh.closest_hit(ray, counts),
-            Accel::Brute(brute, _) => brute.closest_hit(ray, counts),
-        }
-    }
-
-    /// Whether one ray hits anything, for callers that have no batch; adds to `counts`.
-    pub fn any_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> bool {
-        match self {
-            Accel::Bvh(bvh) => bvh.any_hit(ray, counts),
-            Accel::Brute(brute, _) => brute.any_hit(ray, counts),
-        }
+    /// Queries for callers that have no batch.
+    pub fn single(&self) -> SingleRay<'_> {
+        SingleRay { accel: self, stack: Stack::new() }
     }
 
     /// The box of all primitives; empty if there are none.
@@ -145,6 +160,44 @@ impl Accel {
             Accel::Bvh(bvh) => bvh.boxes_at_depth(depth),
             Accel::Brute(brute, _) if depth == 0 && brute.prim_count() > 0 => vec![brute.bounds()],
             Accel::Brute(..) => Vec::new(),
+        }
+    }
+}
+
+/// One ray after another, each with its own question. Keeps the stack, whose clearing would cost more than a short traversal.
+pub struct SingleRay<'a> {
+    accel: &'a Accel,
+    stack: Stack,
+}
+
+impl SingleRay<'_> {
+    /// The closest hit.
+    #[inline(always)]
+    pub fn closest_hit(&mut self, ray: &Ray) -> Hit {
+        match self.accel {
+            Accel::Bvh(bvh) => bvh.closest_hit(ray, &mut self.stack),
+            Accel::Brute(brute, _) => brute.closest_hit(ray, &mut TraversalCounts::default()),
+        }
+    }
+
+    /// Whether the ray hits anything.
+    #[inline(always)]
+    pub fn any_hit(&mut self, ray: &Ray) -> bool {
+        match self.accel {
+            Accel::Bvh(bvh) => bvh.any_hit(ray, &mut self.stack),
+            Accel::Brute(brute, _) => brute.any_hit(ray, &mut TraversalCounts::default()),
+        }
+    }
+
+    /// Nodes that the closest hit takes to find; for the oracle, primitives.
+    pub fn cost(&mut self, ray: &Ray) -> u64 {
+        match self.accel {
+            Accel::Bvh(bvh) => bvh.node_visits(ray, &mut self.stack),
+            Accel::Brute(brute, _) => {
+                let mut counts = TraversalCounts::default();
+                brute.closest_hit(ray, &mut counts);
+                counts.primitive_tests
+            }
         }
     }
 }

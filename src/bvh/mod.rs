@@ -21,8 +21,9 @@ mod tri4;
 mod triangle;
 
 pub use aabb::Aabb;
-pub use accel::Accel;
+pub use accel::{Accel, SingleRay};
 pub use brute::Brute;
 pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, RayColumns, TraversalCounts};
 pub use stats::BvhStats;
+pub use traverse::Traversal;

@@ -59,6 +59,11 @@ fn scene(loaded: &Loaded) -> String {
     facts.add("scene", report::scene_line(loaded));
     facts.add("vertices", units::count(scene.shapes.positions.len() as u64));
     facts.add("geometries", units::count(scene.shapes.geometries.len() as u64));
+    facts.add("materials", units::count(scene.materials.len() as u64));
+    for light in &scene.lights {
+        let (kind, radiance) = (light.shape.kind(), light.radiance);
+        facts.add("light", format!("{}: {kind}, area {:.4}, radiance {radiance}", light.name, light.area()));
+    }
     facts.add("bounds", format!("{min} to {max}"));
     facts.add("tables", units::bytes(scene.bytes() as u64));
     facts.text()
@@ -102,8 +107,22 @@ fn stages(plan: &Plan) -> String {
         ]
     });
     let costs = table(["stage", "kernel", "B read/row", "B written/row", "why"], 5, rows);
-    let access = plan.stages.iter().map(|stage| [stage.name.to_owned(), stage.reads.join(" "), stage.writes.join(" ")]);
+    let access = plan.stages.iter().map(|s| [s.name.to_owned(), by_table(&s.reads), by_table(&s.writes)]);
     format!("{costs}\n\n{}", table(["stage", "reads", "writes"], 3, access))
+}
+
+/// Columns, a line for each table: `path: ox oy oz`.
+fn by_table(columns: &[String]) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    let mut current = "";
+    for (table, field) in columns.iter().filter_map(|column| column.split_once('.')) {
+        match lines.last_mut() {
+            Some(line) if table == current => *line += &format!(" {field}"),
+            _ => lines.push(format!("{table}: {field}")),
+        }
+        current = table;
+    }
+    lines.join("\n")
 }
 
 fn columns(plan: &Plan) -> String {

@@ -75,7 +75,7 @@ pub struct Staged {
 /// Runs one phase of which no progress is known, with its name on the terminal; gives its wall time too.
 fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result<(T, f64)> {
     let start = Instant::now();
-    let progress = Progress::new(label, 1, show);
+    let progress = Progress::busy(label, show);
     let result = work()?;
     progress.finish();
     Ok((result, start.elapsed().as_secs_f64()))

@@ -84,8 +84,9 @@ struct Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn samples(&self, done: u64, _total: u64) {
-        self.progress.set(done);
+    fn samples(&self, done: u64, total: u64) {
+        // The total shrinks while adaptive sampling retires pixels: so does the time left.
+        self.progress.set_of(done, total);
     }
 
     fn stop(&self) -> bool {

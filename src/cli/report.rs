@@ -163,7 +163,8 @@ pub fn scene_line(loaded: &Loaded) -> String {
     let shapes = &loaded.scene.shapes;
     let mut line = format!("{}: {} triangles", loaded.name, units::count(shapes.triangles.len() as u64));
     if !shapes.spheres.is_empty() {
-        line += &format!(", {} spheres", units::count(shapes.spheres.len() as u64));
+        let plural = if shapes.spheres.len() == 1 { "" } else { "s" };
+        line += &format!(", {} sphere{plural}", units::count(shapes.spheres.len() as u64));
     }
     if loaded.stage != "none" {
         line += &format!(", on the {} stage", loaded.stage);

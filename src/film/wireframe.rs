@@ -185,7 +185,7 @@ mod tests {
     fn projection_inverts_the_lens() {
         let lens = lens();
         for (x, y) in [(0.0, 0.0), (10.5, 3.25), (64.0, 64.0)] {
-            let seen = Projection::new(&lens).pixel(lens.direction(x, y) * 7.0);
+            let seen = Projection::new(&lens).pixel(glam::Vec3::from(lens.direction(x, y)) * 7.0);
             assert!((seen - Vec2::new(x, y)).length() < 1e-3, "{seen}");
         }
     }

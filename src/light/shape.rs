@@ -18,6 +18,17 @@ pub enum LightShape {
     Sphere(EmissiveSphere),
 }
 
+impl LightShape {
+    /// The word for it in reports.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            LightShape::Parallelogram(_) => "parallelogram",
+            LightShape::Mesh(_) => "mesh",
+            LightShape::Sphere(_) => "sphere",
+        }
+    }
+}
+
 /// A parallelogram: the course's area light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parallelogram {

@@ -25,12 +25,21 @@ pub struct Progress {
 impl Progress {
     /// A bar for `total` units of work, titled `label`; a silent one unless `enabled`.
     pub fn new(label: &str, total: u64, enabled: bool) -> Self {
+        Self::with_style(label, Some(total), enabled, style)
+    }
+
+    /// A line for work of which nobody knows how much is left: its title and the time spent.
+    pub fn busy(label: &str, enabled: bool) -> Self {
+        Self::with_style(label, None, enabled, busy_style)
+    }
+
+    fn with_style(label: &str, total: Option<u64>, enabled: bool, style: fn() -> ProgressStyle) -> Self {
         let target = if enabled && std::io::stderr().is_terminal() {
             ProgressDrawTarget::stderr()
         } else {
             ProgressDrawTarget::hidden()
         };
-        let bar = ProgressBar::with_draw_target(Some(total), target);
+        let bar = ProgressBar::with_draw_target(total, target);
         if !bar.is_hidden() {
             bar.set_style(style());
             bar.set_message(label.to_string());
@@ -45,6 +54,12 @@ impl Progress {
         if self.furthest.fetch_max(done, Ordering::Relaxed) < done {
             self.bar.set_position(done);
         }
+    }
+
+    /// As [`Progress::set`], and all there is to do has become `total` units.
+    pub fn set_of(&self, done: u64, total: u64) {
+        self.bar.set_length(total);
+        self.set(done);
     }
 
     /// Removes the bar from the terminal; dropping the value does the same.
@@ -65,6 +80,13 @@ fn style() -> ProgressStyle {
         .expect("the template is a constant that a test parses")
         .with_key("spent", spent)
         .with_key("left", left)
+}
+
+/// The line of [`Progress::busy`].
+fn busy_style() -> ProgressStyle {
+    ProgressStyle::with_template("{spinner} {msg}  {spent}")
+        .expect("the template is a constant that a test parses")
+        .with_key("spent", spent)
 }
 
 /// Time since the start.

@@ -58,7 +58,7 @@ pub fn run(context: &Context, n: usize, shadows: &Shadows, out: Out, scratch: &B
 /// Any hit before `t_max`: the light does not arrive.
 fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples, scratch: &Bump) {
     let occluded = scratch.alloc_slice_fill_copy(n, false);
-    context.accel.any_hits(context.tier, shadows.rays(n), occluded);
+    context.accel.any_hits(context.accel.suited(false), context.tier, shadows.rays(n), occluded);
     for (row, &occluded) in occluded.iter().enumerate() {
         if !occluded {
             let slot = shadows.slot[row] as usize;
@@ -72,7 +72,7 @@ fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples
 /// Closest hit: whatever it emits arrives.
 fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) {
     let Out { samples, hits } = out;
-    context.accel.closest_hits(context.tier, shadows.rays(n), hits.columns_mut(n));
+    context.accel.closest_hits(context.accel.suited(false), context.tier, shadows.rays(n), hits.columns_mut(n));
     for row in 0..n {
         let origin = V3::new(shadows.ox[row], shadows.oy[row], shadows.oz[row]);
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);

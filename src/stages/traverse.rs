@@ -37,9 +37,10 @@ pub const STAGE: Stage = Stage {
     requires: Features::ALWAYS,
 };
 
-/// Traces the first `n` paths.
-pub fn run(context: &Context, n: usize, paths: &Paths, hits: &mut Hits) -> TraversalCounts {
-    context.accel.closest_hits(context.tier, paths.rays(n), hits.columns_mut(n))
+/// Traces the first `n` paths, all at vertex `depth`. Rows keep the order of their pixels, so camera rays are coherent.
+pub fn run(context: &Context, depth: u32, n: usize, paths: &Paths, hits: &mut Hits) -> TraversalCounts {
+    let way = context.accel.suited(depth == 0);
+    context.accel.closest_hits(way, context.tier, paths.rays(n), hits.columns_mut(n))
 }
 
 /// Counts the nodes that the first `n` camera rays visit, and makes the counts their samples' radiance.

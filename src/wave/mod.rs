@@ -45,6 +45,8 @@ pub struct Table {
     pub columns: &'static [ColumnInfo],
     /// Features under which its columns are allocated.
     pub features: Features,
+    /// What the table as a whole is there for.
+    pub requires: Features,
     /// Rows for each path of the wave.
     pub rows_per_path: usize,
 }
@@ -69,15 +71,16 @@ pub fn tables(shadow_samples: u32, features: Features) -> [Table; 6] {
     let shadow_rows = shadow_samples as usize * usize::from(features.has(Features::SHADOW));
     let continues = usize::from(features.has(Features::CONTINUE));
     let probes = usize::from(features.has(Features::HEMISPHERE));
-    let table = |name, columns, features, rows_per_path| Table { name, columns, features, rows_per_path };
+    let table = |name, columns, requires, rows_per_path| Table { name, columns, features, requires, rows_per_path };
+    // A path's lot is drawn by shade and used up by roulette: only `next` carries it.
+    let path = table("path", Paths::COLUMNS, Features::ALWAYS, 1);
     [
-        table("sample", Samples::COLUMNS, features, 1),
-        // A path's lot is drawn by shade and used up by roulette: only `next` carries it.
-        table("path", Paths::COLUMNS, features.without(Features::ROULETTE), 1),
-        table("hit", Hits::COLUMNS, features, 1),
-        table("shadow", Shadows::COLUMNS, features, shadow_rows),
-        table("shadow_hit", Hits::COLUMNS, features, shadow_rows * probes),
-        table("next", Paths::COLUMNS, features, continues),
+        table("sample", Samples::COLUMNS, Features::ALWAYS, 1),
+        Table { features: features.without(Features::ROULETTE), ..path },
+        table("hit", Hits::COLUMNS, Features::ALWAYS, 1),
+        table("shadow", Shadows::COLUMNS, Features::SHADOW, shadow_rows),
+        table("shadow_hit", Hits::COLUMNS, Features::HEMISPHERE, shadow_rows * probes),
+        table("next", Paths::COLUMNS, Features::CONTINUE, continues),
     ]
 }
 

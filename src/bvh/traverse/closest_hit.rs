@@ -1,7 +1,9 @@
-//! The closest hit of one ray.
+//! The closest hit of one ray: the plain kernel. Camera rays, whose neighbours take the same way, and trees that fit the
+//! second-level cache are traced by it; it is also what many rays in flight are measured against.
 
 use glam::Vec4;
 
+use super::leaf::{count_block, test_spheres, test_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use crate::bvh::Bvh4;
@@ -9,11 +11,8 @@ use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
 use crate::bvh::node4::Node4;
-use crate::bvh::ray::{Hit, MISS, Ray};
-use crate::bvh::sphere4::Sphere4;
-use crate::bvh::tri4::Tri4;
+use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::triangle::ShearedRay;
-use crate::bvh::{sphere, triangle};
 
 /// Traverses nearest child first. `SPHERES`: the tree holds some. `COUNT`: fill in `counts`.
 #[inline(always)]
@@ -58,9 +57,10 @@ pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
             }
         }
         child = loop {
-            let Some(entry) = stack.pop() else {
+            let entry = stack.pop();
+            if entry.child() == Child::EMPTY {
                 return closest.hit();
-            };
+            }
             // Equal distances may still win by primitive, so they are visited.
             if entry.distance() <= closest.t_max() {
                 break entry.child();
@@ -85,15 +85,15 @@ fn descend(node: &Node4, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
         1 => next().child(),
         2 => {
             let (a, b) = order(next(), next());
-            stack.push(b);
+            stack.push_one(b);
             a.child()
         }
         3 => {
             let (a, b) = order(next(), next());
             let (b, c) = order(b, next());
             let (a, b) = order(a, b);
-            stack.push(c);
-            stack.push(b);
+            stack.push_one(c);
+            stack.push_one(b);
             a.child()
         }
         _ => {
@@ -102,46 +102,10 @@ fn descend(node: &Node4, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
             let (a, c) = order(a, c);
             let (b, d) = order(b, d);
             let (b, c) = order(b, c);
-            stack.push(d);
-            stack.push(c);
-            stack.push(b);
+            stack.push_one(d);
+            stack.push_one(c);
+            stack.push_one(b);
             a.child()
         }
     }
-}
-
-#[inline(always)]
-fn test_triangles(ray: &ShearedRay, block: &Tri4, closest: &mut Closest) {
-    let candidates = triangle::block(ray, block);
-    let mut rest = candidates.mask;
-    if rest == 0 {
-        return;
-    }
-    let lanes = candidates.lanes();
-    while rest != 0 {
-        // The mask spares a bounds check.
-        let lane = rest.trailing_zeros() as usize & 3;
-        rest &= rest - 1;
-        if let Some(crossing) = lanes.crossing(ray, lane) {
-            let (prim, geom) = (block.prim[lane], block.geom[lane]);
-            closest.offer(Hit { t: crossing.t, u: crossing.u, v: crossing.v, prim, geom });
-        }
-    }
-}
-
-/// Out of line, to keep the loop over triangles small.
-#[inline(never)]
-fn test_spheres(ray: &Ray, block: &Sphere4, closest: &mut Closest) {
-    for lane in 0..4 {
-        if let Some(t) = sphere::intersect(ray, block.center(lane), block.radius[lane], closest.t_max()) {
-            closest.offer(Hit { t, u: 0.0, v: 0.0, prim: block.prim[lane], geom: block.geom[lane] });
-        }
-    }
-}
-
-/// Counts one leaf block.
-#[inline(always)]
-pub(super) fn count_block(counts: &mut TraversalCounts, prims: &[u32; 4]) {
-    counts.leaf_visits += 1;
-    counts.primitive_tests += prims.iter().filter(|&&prim| prim != MISS).count() as u64;
 }

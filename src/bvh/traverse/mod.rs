@@ -1,48 +1,88 @@
 //! Traversal: batches of rays in, columns of hits out.
 //!
-//! The kernels here are all that knows how a batch becomes rays, so a kernel that holds many rays in flight
-//! replaces the loop in [`ClosestHits`] or [`AnyHits`] and nothing else.
+//! Two ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), and many in flight at
+//! once ([`wave`], whose rays take steps, [`flight`]). Which is faster depends on the tree and on the rays: [`Traversal`].
 
 mod any_hit;
 mod closest_hit;
+mod flight;
+mod leaf;
 mod slab;
 pub(super) mod stack;
+mod wave;
 
 use super::Bvh4;
 use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
-use crate::bvh::ray::{Hit, Ray};
+use super::ray::{Hit, Ray};
 use crate::simd::{Kernel, Tier};
 use any_hit::any_hit;
 use closest_hit::closest_hit;
-use stack::Stack;
+pub use stack::Stack;
+
+/// How a batch goes through the tree. The hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traversal {
+    /// One ray after another: fewest instructions.
+    Single,
+    /// Many rays at once: hides the waits for memory and for mispredicted branches.
+    InFlight,
+}
+
+/// Bytes of a tree from which incoherent rays go in flight: below, everything is in the caches near the core, and there
+/// is little to wait for.
+const IN_FLIGHT_BYTES: usize = 1 << 20;
 
 impl Bvh4 {
+    /// The way that suits rays of which neighbours go the same way (`coherent`), or do not.
+    pub fn suited(&self, coherent: bool) -> Traversal {
+        let large = self.stats().bytes >= IN_FLIGHT_BYTES;
+        if large && !coherent { Traversal::InFlight } else { Traversal::Single }
+    }
+
     /// The closest hit of each ray.
-    pub fn closest_hits(&self, tier: Tier, rays: RayColumns<'_>, hits: HitColumnsMut<'_>) -> TraversalCounts {
+    pub fn closest_hits(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        hits: HitColumnsMut<'_>,
+    ) -> TraversalCounts {
         if self.spheres.is_empty() {
-            tier.run(ClosestHits::<false, false> { bvh: self, rays, hits })
+            tier.run(ClosestHits::<false, false> { bvh: self, way, rays, hits })
         } else {
-            tier.run(ClosestHits::<true, false> { bvh: self, rays, hits })
+            tier.run(ClosestHits::<true, false> { bvh: self, way, rays, hits })
         }
     }
 
     /// The same, counting.
-    pub fn closest_hits_counted(&self, tier: Tier, rays: RayColumns<'_>, hits: HitColumnsMut<'_>) -> TraversalCounts {
-        tier.run(ClosestHits::<true, true> { bvh: self, rays, hits })
+    pub fn closest_hits_counted(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        hits: HitColumnsMut<'_>,
+    ) -> TraversalCounts {
+        tier.run(ClosestHits::<true, true> { bvh: self, way, rays, hits })
     }
 
     /// Whether each ray hits anything.
-    pub fn any_hits(&self, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
+    pub fn any_hits(&self, way: Traversal, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
         if self.spheres.is_empty() {
-            tier.run(AnyHits::<false, false> { bvh: self, rays, occluded })
+            tier.run(AnyHits::<false, false> { bvh: self, way, rays, occluded })
         } else {
-            tier.run(AnyHits::<true, false> { bvh: self, rays, occluded })
+            tier.run(AnyHits::<true, false> { bvh: self, way, rays, occluded })
         }
     }
 
     /// The same, counting.
-    pub fn any_hits_counted(&self, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
-        tier.run(AnyHits::<true, true> { bvh: self, rays, occluded })
+    pub fn any_hits_counted(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        occluded: &mut [bool],
+    ) -> TraversalCounts {
+        tier.run(AnyHits::<true, true> { bvh: self, way, rays, occluded })
     }
 
     /// How many nodes the closest-hit traversal of each ray visits.
@@ -51,21 +91,38 @@ impl Bvh4 {
     }
 
     /// The closest hit of one ray, for callers that have no batch.
-    pub fn closest_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> Hit {
-        counts.rays += 1;
-        closest_hit::<true, true>(self, ray, &mut Stack::new(), counts)
+    #[inline(always)]
+    pub fn closest_hit(&self, ray: &Ray, stack: &mut Stack) -> Hit {
+        let mut counts = TraversalCounts::default();
+        if self.spheres.is_empty() {
+            closest_hit::<false, false>(self, ray, stack, &mut counts)
+        } else {
+            closest_hit::<true, false>(self, ray, stack, &mut counts)
+        }
     }
 
     /// Whether one ray hits anything, for callers that have no batch.
-    pub fn any_hit(&self, ray: &Ray, counts: &mut TraversalCounts) -> bool {
-        counts.rays += 1;
-        any_hit::<true, true>(self, ray, &mut Stack::new(), counts)
+    #[inline(always)]
+    pub fn any_hit(&self, ray: &Ray, stack: &mut Stack) -> bool {
+        let mut counts = TraversalCounts::default();
+        if self.spheres.is_empty() {
+            any_hit::<false, false>(self, ray, stack, &mut counts)
+        } else {
+            any_hit::<true, false>(self, ray, stack, &mut counts)
+        }
+    }
+
+    /// Nodes that the closest-hit traversal of one ray visits.
+    pub fn node_visits(&self, ray: &Ray, stack: &mut Stack) -> u64 {
+        let mut counts = TraversalCounts::default();
+        closest_hit::<true, true>(self, ray, stack, &mut counts);
+        counts.node_visits
     }
 }
 
-/// One ray at a time.
 struct ClosestHits<'a, const SPHERES: bool, const COUNT: bool> {
     bvh: &'a Bvh4,
+    way: Traversal,
     rays: RayColumns<'a>,
     hits: HitColumnsMut<'a>,
 }
@@ -77,19 +134,21 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for ClosestHits<'_, SPHERES,
     fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let mut hits = self.hits.trimmed(rays.len());
+        if self.way == Traversal::InFlight {
+            return wave::trace::<false, SPHERES, COUNT>(self.bvh, rays, |row, hit| hits.set(row, hit));
+        }
         let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
         let mut stack = Stack::new();
         for row in 0..rays.len() {
-            let ray = rays.ray(row);
-            hits.set(row, closest_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts));
+            hits.set(row, closest_hit::<SPHERES, COUNT>(self.bvh, &rays.ray(row), &mut stack, &mut counts));
         }
         counts
     }
 }
 
-/// One ray at a time.
 struct AnyHits<'a, const SPHERES: bool, const COUNT: bool> {
     bvh: &'a Bvh4,
+    way: Traversal,
     rays: RayColumns<'a>,
     occluded: &'a mut [bool],
 }
@@ -101,11 +160,13 @@ impl<const SPHERES: bool, const COUNT: bool> Kernel for AnyHits<'_, SPHERES, COU
     fn run(self) -> TraversalCounts {
         let rays = self.rays.trimmed();
         let occluded = &mut self.occluded[..rays.len()];
+        if self.way == Traversal::InFlight {
+            return wave::trace::<true, SPHERES, COUNT>(self.bvh, rays, |row, hit| occluded[row] = hit.is_some());
+        }
         let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
         let mut stack = Stack::new();
         for (row, occluded) in occluded.iter_mut().enumerate() {
-            let ray = rays.ray(row);
-            *occluded = any_hit::<SPHERES, COUNT>(self.bvh, &ray, &mut stack, &mut counts);
+            *occluded = any_hit::<SPHERES, COUNT>(self.bvh, &rays.ray(row), &mut stack, &mut counts);
         }
         counts
     }
@@ -124,12 +185,9 @@ impl Kernel for Costs<'_> {
     #[inline(always)]
     fn run(self) {
         let rays = self.rays.trimmed();
-        let visits = &mut self.visits[..rays.len()];
         let mut stack = Stack::new();
-        for (row, visits) in visits.iter_mut().enumerate() {
-            let mut counts = TraversalCounts::default();
-            closest_hit::<true, true>(self.bvh, &rays.ray(row), &mut stack, &mut counts);
-            *visits = counts.node_visits as u32;
+        for (row, visits) in self.visits[..rays.len()].iter_mut().enumerate() {
+            *visits = self.bvh.node_visits(&rays.ray(row), &mut stack) as u32;
         }
     }
 }

@@ -7,14 +7,15 @@ pub const MAX_DEPTH: u32 = 80;
 
 /// Each level leaves at most three children behind. A power of two, so that a mask replaces the bounds check.
 const CAPACITY: usize = 256;
-const _: () = assert!(3 * (MAX_DEPTH as usize) < CAPACITY);
+/// Entries written at once, of which only those that count are kept.
+const WIDTH: usize = 4;
+const _: () = assert!(1 + 3 * (MAX_DEPTH as usize) + WIDTH < CAPACITY);
 
-/// Children still to visit, with the distances at which the ray enters them.
-///
-/// One a batch rather than one a ray: clearing it costs more than a short traversal.
+/// Children still to visit, the next one last, with the distances at which the ray enters them. Below them lies
+/// [`Child::EMPTY`], which says that nothing is left.
 #[derive(Clone, Debug)]
 pub struct Stack {
-    entries: [Entry; CAPACITY],
+    entries: [Entry; CAPACITY + WIDTH],
     len: usize,
 }
 
@@ -23,6 +24,9 @@ pub struct Stack {
 pub struct Entry(u64);
 
 impl Entry {
+    /// Sorts before all children: nothing points back at the root.
+    pub const NONE: Entry = Entry(0);
+
     /// A child and where the ray enters it.
     #[inline(always)]
     pub fn new(distance: f32, child: Child) -> Entry {
@@ -45,30 +49,58 @@ impl Entry {
 impl Stack {
     /// An empty stack.
     pub fn new() -> Stack {
-        Stack { entries: [Entry(0); CAPACITY], len: 0 }
+        Stack { entries: [Entry::new(0.0, Child::EMPTY); CAPACITY + WIDTH], len: 1 }
     }
 
     /// Forgets what an earlier ray left.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.len = 0;
+        self.entries[0] = Entry::new(0.0, Child::EMPTY);
+        self.len = 1;
     }
 
-    /// Adds an entry.
+    /// Adds the first `count` entries. Writes all four, which spares a branch.
     #[inline(always)]
-    pub fn push(&mut self, entry: Entry) {
+    pub fn push(&mut self, entries: [Entry; WIDTH], count: u32) {
+        debug_assert!(self.len + WIDTH <= CAPACITY);
+        self.entries[self.len % CAPACITY..][..WIDTH].copy_from_slice(&entries);
+        self.len += count as usize;
+    }
+
+    /// Adds a child if `wanted`, without a branch.
+    #[inline(always)]
+    pub fn push_if(&mut self, child: Child, wanted: bool) {
+        debug_assert!(self.len < CAPACITY);
+        self.entries[self.len % CAPACITY] = Entry::new(0.0, child);
+        self.len += usize::from(wanted);
+    }
+
+    /// Adds one child.
+    #[inline(always)]
+    pub fn push_one(&mut self, entry: Entry) {
         debug_assert!(self.len < CAPACITY);
         self.entries[self.len % CAPACITY] = entry;
         self.len += 1;
     }
 
-    /// Takes the entry added last.
+    /// Takes the child added last; [`Child::EMPTY`] when there is none.
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<Entry> {
-        if self.len == 0 {
-            return None;
+    pub fn pop(&mut self) -> Entry {
+        debug_assert!(self.len > 0);
+        self.len = self.len.wrapping_sub(1);
+        self.entries[self.len % CAPACITY]
+    }
+
+    /// Drops the children that the ray enters beyond `t_max`. Hits are rare, pops are not: culling here lets
+    /// [`Stack::pop`] do without a branch. Equal distances may still win by primitive, so they stay.
+    #[inline(always)]
+    pub fn cull(&mut self, t_max: f32) {
+        let mut kept = 0;
+        for i in 0..self.len {
+            let entry = self.entries[i % CAPACITY];
+            self.entries[kept % CAPACITY] = entry;
+            kept += usize::from(entry.distance() <= t_max);
         }
-        self.len -= 1;
-        Some(self.entries[self.len % CAPACITY])
+        self.len = kept;
     }
 }
