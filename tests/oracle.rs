@@ -49,8 +49,10 @@ fn every_integrator_agrees_to_the_bit() {
         Integrator::BvhCost,
     ] {
         for max_depth in [0, 1, 2, 7] {
-            let options = RenderOptions { integrator, max_depth, ..small() };
-            check(&ready, &options, &format!("{integrator:?} -m {max_depth}"));
+            for aovs in [false, true] {
+                let options = RenderOptions { integrator, max_depth, aovs, ..small() };
+                check(&ready, &options, &format!("{integrator:?} -m {max_depth}, layers: {aovs}"));
+            }
         }
     }
 }
