@@ -36,7 +36,8 @@ impl FilmLayout {
         let sums = size_of::<[f64; 3]>() * (1 + usize::from(self.variance));
         let luminance = size_of::<Moments>() * usize::from(self.luminance);
         let aovs = size_of::<FirstHits>() * usize::from(self.aovs);
-        size_of::<u32>() * 3 + 4 + sums + luminance + aovs
+        // Position (two), active list, samples tried and samples that count.
+        size_of::<u32>() * 5 + sums + luminance + aovs
     }
 }
 
