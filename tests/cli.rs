@@ -135,6 +135,15 @@ fn frames_that_no_memory_holds_are_misuse() {
 }
 
 #[test]
+fn a_cell_of_such_a_frame_renders() {
+    let dir = directory();
+    let output = line(dir.path(), "render -r 65536 65536 -p 32000 32000 12 8 -s 1 -q -o a.exr -o a.png");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let picture = exr(&dir.path().join("a.exr"));
+    assert_eq!((picture.x, picture.width, picture.height, picture.full), (32000, 12, 8, (65536, 65536)));
+}
+
+#[test]
 fn a_wrong_source_date_is_misuse() {
     let dir = directory();
     for wrong in ["", "yesterday", "-1", "253402300800"] {

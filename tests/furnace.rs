@@ -52,6 +52,10 @@ fn ready(scene: SceneDescription, center: Vec3, size: f32) -> Ready {
     Ready::new(scene, camera, Normals::Flat)
 }
 
+/// Each kind of room, of a size, around a point, with an albedo.
+type Make = fn(f32, Vec3, f32) -> Ready;
+const ROOMS: [(&str, Make); 3] = [("box", room), ("box with ball", room_with_ball), ("ball", hollow_ball)];
+
 /// E·Σρᵏ for k from 0 to `depth`.
 fn sum(albedo: f32, depth: u32) -> f64 {
     let albedo = f64::from(albedo);
@@ -84,11 +88,11 @@ fn rounding(depth: u32) -> f64 {
 
 #[test]
 fn every_depth_has_its_partial_sum() {
-    for room in [room(1.0, Vec3::ZERO, 0.75), room_with_ball(1.0, Vec3::ZERO, 0.75), hollow_ball(1.0, Vec3::ZERO, 0.75)]
-    {
+    for (name, make) in ROOMS {
+        let room = make(1.0, Vec3::ZERO, 0.75);
         for depth in 0..=12 {
             let error = worst(&room.render(&exact(48, 1, depth)).picture, sum(0.75, depth));
-            assert!(error <= rounding(depth), "depth {depth}: {error:e}");
+            assert!(error <= rounding(depth), "{name}, depth {depth}: {error:e}");
         }
     }
 }
@@ -96,12 +100,8 @@ fn every_depth_has_its_partial_sum() {
 #[test]
 fn energy_is_kept_to_a_hundred_thousandth_at_depth_1000() {
     for albedo in [0.0, 0.1, 0.5, 0.9, 0.99, 0.999] {
-        let rooms = [
-            room(1.0, Vec3::ZERO, albedo),
-            room_with_ball(1.0, Vec3::ZERO, albedo),
-            hollow_ball(1.0, Vec3::ZERO, albedo),
-        ];
-        for (room, name) in rooms.into_iter().zip(["box", "box with ball", "ball"]) {
+        for (name, make) in ROOMS {
+            let room = make(1.0, Vec3::ZERO, albedo);
             let error = worst(&room.render(&exact(24, 1, 1000)).picture, sum(albedo, 1000));
             println!("{name}, albedo {albedo}: every sample within {error:.1e}");
             assert!(error <= 1e-5, "{name}, albedo {albedo}: {error:e}");
@@ -175,9 +175,7 @@ fn lost(room: &Ready, albedo: f32) -> (usize, usize) {
 #[test]
 fn no_ray_leaks_at_any_scale() {
     for size in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
-        let make: [(&str, fn(f32, Vec3, f32) -> Ready); 3] =
-            [("box", room), ("box with ball", room_with_ball), ("ball", hollow_ball)];
-        for (name, make) in make {
+        for (name, make) in ROOMS {
             let (lost, rays) = lost(&make(size, Vec3::ZERO, 0.9), 0.9);
             println!("{name} of size {size}: {lost} of {rays} rays lost");
             assert_eq!(lost, 0, "{name} of size {size}, {rays} rays");
@@ -190,9 +188,7 @@ fn no_ray_leaks_at_any_scale() {
 #[test]
 fn few_rays_leak_far_from_the_origin() {
     for (away, most) in [(1.0, 0.0), (10.0, 0.0), (100.0, 1e-5), (1000.0, 5e-5)] {
-        let make: [(&str, fn(f32, Vec3, f32) -> Ready); 3] =
-            [("box", room), ("box with ball", room_with_ball), ("ball", hollow_ball)];
-        for (name, make) in make {
+        for (name, make) in ROOMS {
             let (lost, rays) = lost(&make(1.0, away * FAR, 0.9), 0.9);
             println!("{name} {away} away: {lost} of {rays} rays lost");
             assert!(lost as f64 <= most * rays as f64, "{name} {away} away: {lost} of {rays} rays lost");

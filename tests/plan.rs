@@ -268,7 +268,7 @@ fn what_cannot_be_planned_says_why() {
         (RenderOptions { cell: cell(u32::MAX, u32::MAX, 2, 2), ..base.clone() }, "64×48"),
         (RenderOptions { wave: Some(1 << 24), light_samples: 4096, ..base.clone() }, "more shadow rays"),
     ] {
-        let error = Plan::new(&ready.scene, &ready.accel, &options).err().expect("refused").to_string();
+        let error = Plan::new(&ready.scene, &ready.accel, &options).expect_err("refused").to_string();
         assert!(error.contains(words), "{error}");
     }
     for simd in [Simd::Auto, Simd::Baseline] {

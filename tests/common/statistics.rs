@@ -77,8 +77,8 @@ impl Family {
     /// Adds the outcome of one test.
     pub fn add(&mut self, z: f64, what: impl Into<String>) {
         self.tests += 1;
-        // Not `>`: a test that is not a number is the worst of all.
-        if !(z.abs() <= self.worst.0.abs()) {
+        // A test that is not a number is the worst of all, and stays it.
+        if z.is_nan() || z.abs() > self.worst.0.abs() {
             self.worst = (z, what.into());
         }
     }
@@ -101,11 +101,4 @@ pub fn sidak(alpha: f64, tests: usize) -> f64 {
 /// The t that Student's variable of `n − 1` degrees of freedom stays below with probability 1 − `alpha`.
 pub fn student(alpha: f64, n: usize) -> f64 {
     StudentsT::new(0.0, 1.0, n as f64 - 1.0).expect("n > 1").inverse_cdf(1.0 - alpha)
-}
-
-#[test]
-fn sidak_limits() {
-    assert!((sidak(0.05, 1) - 1.959_964).abs() < 1e-5);
-    // 1 − 0.99^(1/100), half of it in each tail.
-    assert!((sidak(0.01, 100) - 3.888_8).abs() < 1e-3, "{}", sidak(0.01, 100));
 }
