@@ -1,4 +1,49 @@
 //! # comber: a wavefront path tracer for the CPU
+//!
+//! Paths advance together, one stage at a time; every stage is a batch kernel over structure-of-arrays columns.
+//!
+//! ```text
+//! generate → traverse → shade → shadow → roulette → retire ─┐
+//!     ↑          ↑                          │               │  finished samples: film
+//!     │          └── survivors: next bounce ┘               │
+//!     └──────────── pixels that want more samples ──────────┘
+//! ```
+//!
+//! Goals, in this order:
+//!
+//! 1. **Right.** Every fast path has a simple twin that a test compares it to, to the bit where that is possible
+//!    ([`reference`] is the twin of the whole); pictures are tested against closed forms and independent renderers.
+//! 2. **Deterministic.** The bytes of a picture do not depend on threads, wave size, tile order or instruction set.
+//! 3. **Fast.** A wave that does not beat the depth-first reference is a failure.
+//! 4. **Small.** A plan allocates and schedules only what the scene and the options require ([`plan`]).
+//! 5. **Plain.** The data flow shows in the names of the files.
+//!
+//! | To understand | read |
+//! |---|---|
+//! | the stages, in order | [`stages`] |
+//! | the columns they read and write | [`wave`] |
+//! | which of them a render needs, and why | [`plan`] |
+//! | how waves are cut, run and stopped | [`drive`] |
+//! | what each vertex of a path adds | [`transport`] |
+//! | what a ray can hit, and how it is found | [`scene`], [`bvh`] |
+//! | when a pixel is done | [`film::convergence`] |
+//!
+//! ```
+//! use comber::{bvh::Accel, drive, options::RenderOptions, plan::Plan, scene};
+//!
+//! let staged = scene::stage::place(
+//!     scene::procedural::generate("proc:torus,tris=2k")?,
+//!     scene::stage::Stage::Cornell,
+//!     scene::stage::UpAxis::Y,
+//! )?;
+//! let scene = scene::Scene::build(staged.description, Default::default())?;
+//! let options = RenderOptions { width: 32, height: 24, samples: 4, ..RenderOptions::default() };
+//! let accel = Accel::build(&scene.shapes, options.accel)?;
+//! let plan = Plan::new(&scene, &accel, &options)?;
+//! let outcome = drive::render(&scene, &accel, &staged.camera, &plan, &drive::Unobserved)?;
+//! assert_eq!(outcome.picture.beauty.len(), 32 * 24);
+//! # Ok::<(), comber::error::Error>(())
+//! ```
 
 pub mod bvh;
 pub mod cli;
