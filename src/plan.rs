@@ -117,7 +117,7 @@ impl Plan {
         if wave.saturating_mul(transport.shadow_samples.max(1) as usize) >= 1 << 31 {
             return Err(Error::Options(format!("a wave of {wave} rows casts more shadow rays than can be numbered")));
         }
-        let film = FilmLayout { variance: options.aovs, luminance: options.adaptive.is_some(), aovs: options.aovs };
+        let film = FilmLayout::new(options);
         let pixels = u64::from(cell.width) * u64::from(cell.height);
         let memory = PlannedMemory {
             waves: (threads * wave * bytes_per_path) as u64,
@@ -157,7 +157,8 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         Roulette::Fixed(_) => transport.continues(1),
         Roulette::Throughput { start } => transport.continues(start),
     };
-    let shows_normals = options.integrator == Integrator::Normals || options.aovs;
+    let aovs = FilmLayout::new(options).aovs;
+    let shows_normals = options.integrator == Integrator::Normals || aovs;
     Features::TRANSPORT.when(light)
         | Features::SCATTER.when(shadow || continues)
         | Features::TRIANGLES.when(!scene.shapes.triangles.is_empty())
@@ -168,7 +169,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::MIS.when(shadow && continues && transport.mis())
         | Features::HEMISPHERE.when(shadow && options.direct == Direct::Hemisphere)
         | Features::ROULETTE.when(continues && can_end)
-        | Features::AOVS.when(options.aovs)
+        | Features::AOVS.when(aovs)
         | Features::COST.when(options.integrator == Integrator::BvhCost)
         | Features::HITS.when(options.integrator != Integrator::BvhCost)
 }

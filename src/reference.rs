@@ -41,7 +41,7 @@ pub struct Reference {
 pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOptions) -> Result<Reference> {
     let whole = Cell { x: 0, y: 0, width: options.width, height: options.height };
     let cell = options.cell.unwrap_or(whole);
-    let layout = FilmLayout { variance: options.aovs, luminance: options.adaptive.is_some(), aovs: options.aovs };
+    let layout = FilmLayout::new(options);
     let tracer = Tracer {
         scene,
         accel,

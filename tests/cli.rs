@@ -1,6 +1,8 @@
 //! The command line, as its users see it: arguments, messages, exit statuses, files.
 
-use serde_json::Value;
+use comber::film::exr_output;
+use comber::film::picture::Picture;
+use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -133,6 +135,15 @@ fn frames_that_no_memory_holds_are_misuse() {
 }
 
 #[test]
+fn a_cell_of_such_a_frame_renders() {
+    let dir = directory();
+    let output = line(dir.path(), "render -r 65536 65536 -p 32000 32000 12 8 -s 1 -q -o a.exr -o a.png");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let picture = exr(&dir.path().join("a.exr"));
+    assert_eq!((picture.x, picture.width, picture.height, picture.full), (32000, 12, 8, (65536, 65536)));
+}
+
+#[test]
 fn a_wrong_source_date_is_misuse() {
     let dir = directory();
     for wrong in ["", "yesterday", "-1", "253402300800"] {
@@ -259,6 +270,187 @@ fn speed_options_change_no_byte() {
     }
 }
 
+/// A scene of the project's own, whose path has no space in it for [`line`] to trip over.
+fn scene(directory: &Path, name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    std::fs::copy(path, directory.join(name)).unwrap();
+    name.to_owned()
+}
+
+fn exr(path: &Path) -> Picture {
+    exr_output::read(path).unwrap()
+}
+
+/// Runs a render that must succeed, and gives its report.
+fn report(directory: &Path, arguments: &str) -> Value {
+    let output = line(directory, &format!("render --json {arguments}"));
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {}", stderr(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn every_flag_of_the_course_reaches_the_picture() {
+    let dir = directory();
+    let scene = scene(dir.path(), "cornell_spheres.dae");
+    let settings = "50 35 1.4286 0.1 100\n0 0 4 0 0 0\n1 1 4 0.1 10\n1 0 0 0 1 0 0 0 1\n36 24 40\n";
+    std::fs::write(dir.path().join("view.info"), settings).unwrap();
+    let options = |arguments: &str| report(dir.path(), &format!("{arguments} {scene}"))["plan"]["options"].clone();
+
+    let all = options("-t 2 -s 5 -l 3 -m 2 -r 24 18 -f a.exr");
+    for (name, value) in
+        [("threads", 2), ("samples", 5), ("light_samples", 3), ("max_depth", 2), ("width", 24), ("height", 18)]
+    {
+        assert_eq!(all[name], json!(value), "{name}");
+    }
+    assert_eq!((all["direct"].as_str(), all["adaptive"].is_null()), (Some("mis"), true));
+    let picture = exr(&dir.path().join("a.exr"));
+    assert_eq!((picture.width, picture.height), (24, 18));
+    assert!(picture.sample_count.unwrap().iter().all(|&n| n == 5));
+
+    assert_eq!(options("-r 24 18 -s 1 -H -f a.png")["direct"], json!("hemisphere"));
+
+    let adaptive = options("-r 24 18 -s 40 -a 8 0.5 -f b.png -f b.exr");
+    let rule = json!({"batch": 8, "tolerance": 0.5, "confidence": "t", "min_samples": 8});
+    assert_eq!(adaptive["adaptive"], rule);
+    let counts = exr(&dir.path().join("b.exr")).sample_count.unwrap();
+    assert!(counts.iter().any(|&n| n < 40) && counts.iter().all(|&n| n % 8 == 0), "{counts:?}");
+    assert!(dir.path().join("b_rate.png").exists());
+
+    options("-r 24 18 -s 5 -p 4 3 10 8 -l 3 -m 2 -f c.exr");
+    let cell = exr(&dir.path().join("c.exr"));
+    assert_eq!((cell.x, cell.y, cell.width, cell.height, cell.full), (4, 3, 10, 8, (24, 18)));
+    let row = |y: usize| &picture.beauty[(3 + y) * 24 + 4..][..10];
+    assert!((0..8).all(|y| &cell.beauty[y * 10..][..10] == row(y)), "the pixels of the whole frame");
+
+    let viewed = options("-s 1 -c view.info -f d.exr");
+    assert_eq!((&viewed["width"], &viewed["height"]), (&json!(36), &json!(24)), "the settings' size");
+    let camera = exr(&dir.path().join("d.exr")).provenance["camera"].clone();
+    assert_eq!(camera["position"], json!([0.0, 0.0, 4.0]));
+    assert_eq!(options("-s 1 -c view.info -r 12 8 -f d.exr")["width"], json!(12), "-r counts more");
+}
+
+#[test]
+fn every_integrator_strategy_and_rule_renders_every_layer() {
+    let dir = directory();
+    let scene = scene(dir.path(), "cornell_quad_light.dae");
+    let words = [
+        ("--integrator", "path direct zero-bounce one-bounce indirect-only normals bvh-cost"),
+        ("--direct", "hemisphere light bsdf mis"),
+        ("--roulette", "off fixed:0.5 throughput throughput:1"),
+        ("--normals", "smooth flat"),
+        ("--accel", "bvh brute"),
+        ("--camera", "course course-pixels file"),
+    ];
+    for (option, values) in words {
+        for value in values.split(' ') {
+            report(dir.path(), &format!("-r 16 12 -s 2 {option} {value} -o a.png -o a.exr {scene}"));
+            let picture = exr(&dir.path().join("a.exr"));
+            // Where only the way of rays is counted, nothing is known of what they hit.
+            let hits = value != "bvh-cost";
+            let layers = [picture.albedo.is_some(), picture.normal.is_some(), picture.depth.is_some()];
+            assert_eq!(layers, [hits; 3], "{option} {value}");
+            assert!(picture.variance.is_some(), "{option} {value}");
+        }
+    }
+}
+
+#[test]
+fn other_words_for_the_same_give_the_same_bytes() {
+    let dir = directory();
+    let scene = scene(dir.path(), "cornell_spheres.dae");
+    let bytes = |arguments: &str| {
+        report(dir.path(), &format!("-r 16 12 -s 2 {arguments} -o a.png -o a.exr {scene}"));
+        ["a.png", "a.exr"].map(|name| std::fs::read(dir.path().join(name)).unwrap())
+    };
+    for (one, other) in [
+        ("-H", "--direct hemisphere"),
+        ("-l 4", "--light-samples 4"),
+        ("-m 2", "--depth 2"),
+        ("--spp 3", "-s 3"),
+        ("-t 1 --wave 5", "--nthreads 2"),
+        ("--roulette throughput", "--roulette throughput:3"),
+        ("", "--scene other.dae"),
+    ] {
+        if let Some((_, name)) = other.split_once("--scene ") {
+            std::fs::copy(dir.path().join(&scene), dir.path().join(name)).unwrap();
+            let [png, _] = bytes(one);
+            report(dir.path(), "-r 16 12 -s 2 -o b.png --scene other.dae");
+            assert!(std::fs::read(dir.path().join("b.png")).unwrap() == png, "{other}");
+        } else {
+            assert!(bytes(one) == bytes(other), "{one} and {other}");
+        }
+    }
+    assert!(bytes("") != bytes("--seed 1"));
+}
+
+/// Files that cannot be used, with the place and words of the message.
+fn hostile_files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let ply = |body: &str| format!("{header}{body}").into_bytes();
+    let binary = header.replace("ascii", "binary_little_endian").into_bytes();
+    let noise: Vec<u8> = (0..3000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8 | 0x80).collect();
+    let huge = header.replace("vertex 3", "vertex 18446744073709551615").into_bytes();
+    let nested = format!("<COLLADA>{}", "<node>".repeat(100_000)).into_bytes();
+    vec![
+        ("empty.dae", Vec::new(), "empty.dae:1:1: the file is empty"),
+        ("broken.dae", b"<COLLADA>\n<mesh></COLLADA>".into(), "broken.dae:2:7: not well-formed XML"),
+        ("noise.dae", noise.clone(), "noise.dae:1:1: a byte sequence that is not UTF-8"),
+        ("deep.dae", nested, "deep.dae:"),
+        ("other.dae", b"<html></html>".into(), "other.dae:1:1: "),
+        ("empty.ply", Vec::new(), "empty.ply:1: the file is empty"),
+        ("noise.ply", noise.clone(), "noise.ply:1: this is no PLY file"),
+        ("word.ply", ply("0 0 0\n1 0 zero\n0 1 0\n3 0 1 2\n"), "word.ply:11: “zero”"),
+        ("index.ply", ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"), "index.ply:13: "),
+        ("short.ply", ply("0 0 0\n1 0 0\n"), "short.ply:"),
+        ("cut.ply", [binary, vec![0; 17]].concat(), "cut.ply: byte "),
+        ("huge.ply", huge, "huge.ply"),
+        ("empty.obj", Vec::new(), "empty.obj: there are no faces"),
+        ("noise.obj", noise, "noise.obj"),
+        ("index.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 9\n".into(), "index.obj:3: vertex index 9"),
+        ("nan.obj", b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n".into(), "nan.obj:2: "),
+    ]
+}
+
+#[test]
+fn hostile_files_fail_with_their_place_and_leave_the_earlier_result() {
+    let dir = directory();
+    std::fs::write(dir.path().join("a.png"), "earlier").unwrap();
+    for (name, bytes, message) in hostile_files() {
+        std::fs::write(dir.path().join(name), bytes).unwrap();
+        for arguments in [format!("render -o a.png {name}"), format!("info {name}"), format!("bvh -o a.png {name}")] {
+            let output = line(dir.path(), &arguments);
+            let said = stderr(&output);
+            assert_eq!(output.status.code(), Some(1), "{arguments}: {said}");
+            assert!(said.contains(message), "{arguments}: {said}");
+            assert!(!said.contains("panicked") && !said.contains("bug in comber"), "{arguments}: {said}");
+            assert!(said.len() < 1000, "{arguments}: {} bytes of message", said.len());
+            assert!(output.stdout.is_empty(), "{arguments}");
+        }
+        std::fs::remove_file(dir.path().join(name)).unwrap();
+    }
+    assert_eq!(names(dir.path()), ["a.png"]);
+    assert_eq!(std::fs::read(dir.path().join("a.png")).unwrap(), b"earlier");
+}
+
+#[test]
+fn outputs_that_cannot_be_written_fail_before_the_render() {
+    let dir = directory();
+    std::fs::create_dir(dir.path().join("folder.png")).unwrap();
+    std::fs::write(dir.path().join("file"), "earlier").unwrap();
+    std::fs::write(dir.path().join("good.png"), "earlier").unwrap();
+    for arguments in ["-o folder.png", "-o file/a.png", "-o good.png -o missing/a.exr", "-o a.png --rate missing/r.png"]
+    {
+        let start = Instant::now();
+        let output = line(dir.path(), &format!("render proc:cubes,tris=12 -s 2000000000 {arguments}"));
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", stderr(&output));
+        assert!(stderr(&output).contains("cannot"), "{arguments}: {}", stderr(&output));
+        assert!(start.elapsed() < Duration::from_secs(10), "{arguments}");
+        assert_eq!(names(dir.path()), ["file", "folder.png", "good.png"], "{arguments}");
+        assert_eq!(std::fs::read(dir.path().join("good.png")).unwrap(), b"earlier");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn names_need_not_be_text() {
@@ -306,7 +498,31 @@ mod signals {
             assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
             assert!(stderr(&output).contains("the files hold"), "{}", stderr(&output));
             assert_eq!(names(dir.path()), ["a.exr", "a.png"]);
+            let picture = exr(&dir.path().join("a.exr"));
+            assert_eq!((picture.width, picture.height), (64, 48));
+            assert!(picture.beauty.iter().flatten().all(|c| c.is_finite()));
+            let counts = picture.sample_count.unwrap();
+            let sum: u64 = counts.iter().map(|&n| u64::from(n)).sum();
+            assert!(sum > 0);
+            assert_eq!(picture.provenance["stopped"], json!(true));
+            assert_eq!(picture.provenance["samples"], json!(sum), "the file says how many samples it holds");
+            let png = image::open(dir.path().join("a.png")).unwrap();
+            assert_eq!((png.width(), png.height()), (64, 48));
         }
+    }
+
+    #[test]
+    fn adaptive_renders_keep_what_there_is() {
+        let dir = directory();
+        let arguments = "render proc:cubes,tris=12 -r 64 48 -s 2000000000 -a 16 1e-9 -o a.exr -o a.png";
+        let child = comber(dir.path()).args(arguments.split(' ')).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        let child = child.unwrap();
+        std::thread::sleep(Duration::from_secs(2));
+        signal(&child, "INT");
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+        assert_eq!(names(dir.path()), ["a.exr", "a.png", "a_rate.png"]);
+        assert!(exr(&dir.path().join("a.exr")).beauty.iter().flatten().all(|c| c.is_finite()));
     }
 
     #[test]

@@ -2,22 +2,8 @@
 
 mod common;
 
-use comber::film::picture::Picture;
 use comber::options::{Adaptive, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette};
-use common::{Ready, own_scenes};
-
-fn assert_same(a: &Picture, b: &Picture, what: &str) {
-    let bits3 = |layer: &[[f32; 3]]| layer.iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
-    assert_eq!(bits3(&a.beauty), bits3(&b.beauty), "{what}: beauty");
-    for (name, x, y) in
-        [("albedo", &a.albedo, &b.albedo), ("normal", &a.normal, &b.normal), ("variance", &a.variance, &b.variance)]
-    {
-        assert_eq!(x.as_deref().map(bits3), y.as_deref().map(bits3), "{what}: {name}");
-    }
-    let bits = |l: &Vec<f32>| l.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
-    assert_eq!(a.depth.as_ref().map(bits), b.depth.as_ref().map(bits), "{what}: depth");
-    assert_eq!(a.sample_count, b.sample_count, "{what}: sample count");
-}
+use common::{Ready, assert_same, own_scenes};
 
 fn small() -> RenderOptions {
     RenderOptions { width: 52, height: 39, samples: 9, ..RenderOptions::default() }
@@ -63,8 +49,10 @@ fn every_integrator_agrees_to_the_bit() {
         Integrator::BvhCost,
     ] {
         for max_depth in [0, 1, 2, 7] {
-            let options = RenderOptions { integrator, max_depth, ..small() };
-            check(&ready, &options, &format!("{integrator:?} -m {max_depth}"));
+            for aovs in [false, true] {
+                let options = RenderOptions { integrator, max_depth, aovs, ..small() };
+                check(&ready, &options, &format!("{integrator:?} -m {max_depth}, layers: {aovs}"));
+            }
         }
     }
 }

@@ -5,8 +5,8 @@ mod common;
 use comber::film::exr_output;
 use comber::film::picture::Picture;
 use comber::options::{Cell, Direct, Normals, RenderOptions, Roulette};
+use common::statistics::{ALPHA, sidak};
 use common::{Ready, shared};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 /// A picture against a reference: two-sided z-tests at α = 0.01 over all pixels and channels, Šidák-corrected.
 struct ZTest {
@@ -19,15 +19,15 @@ struct ZTest {
 fn z_test(ours: &Picture, reference: &Picture, errors: &Picture) -> ZTest {
     let variance = ours.variance.as_ref().expect("variance layer");
     let n = ours.beauty.len() * 3;
-    let per_test = 1.0 - (1.0 - 0.01f64).powf(1.0 / n as f64);
-    let limit = Normal::standard().inverse_cdf(1.0 - per_test / 2.0);
+    let limit = sidak(ALPHA, n);
     let mut passing = 0;
     let (mut difference, mut squared_error) = ([0.0f64; 3], [0.0f64; 3]);
-    let pixels = ours.beauty.iter().zip(&reference.beauty).zip(variance).zip(&errors.beauty);
-    for (((ours, reference), variance), error) in pixels {
+    for (((ours, variance), reference), errors) in
+        ours.beauty.iter().zip(variance).zip(&reference.beauty).zip(&errors.beauty)
+    {
         for c in 0..3 {
             let d = f64::from(ours[c]) - f64::from(reference[c]);
-            let v = f64::from(variance[c]) + f64::from(error[c]).powi(2);
+            let v = f64::from(variance[c]) + f64::from(errors[c]).powi(2);
             difference[c] += d;
             squared_error[c] += v;
             // Both sides black without variance agree; any other difference without variance does not.
@@ -109,4 +109,11 @@ fn the_dragon_on_the_cornell_stage_matches() {
     let ready = Ready::new(staged.description, staged.camera, Normals::Flat);
     let options = RenderOptions { samples: 64, max_depth: 5, seed: 7, ..RenderOptions::default() };
     compare(&ready, "CBdragon871k_d6", &options, "Mis");
+}
+
+#[test]
+fn sidak_limits() {
+    assert!((sidak(0.05, 1) - 1.959_964).abs() < 1e-5);
+    // 1 − 0.99^(1/100), half of it in each tail.
+    assert!((sidak(0.01, 100) - 3.888_8).abs() < 1e-3, "{}", sidak(0.01, 100));
 }

@@ -5,7 +5,7 @@
 //! picture's bytes, do not depend on how the work was cut.
 
 use super::convergence::{Moments, converged};
-use crate::options::{Adaptive, Cell};
+use crate::options::{Adaptive, Cell, Integrator, RenderOptions};
 
 /// Pixels along a tile's side.
 pub const SIDE: u32 = 16;
@@ -22,12 +22,22 @@ pub struct FilmLayout {
 }
 
 impl FilmLayout {
+    /// The sums that `options` ask for. What the camera sees first is not known where only the way there is counted.
+    pub fn new(options: &RenderOptions) -> FilmLayout {
+        FilmLayout {
+            variance: options.aovs,
+            luminance: options.adaptive.is_some(),
+            aovs: options.aovs && options.integrator != Integrator::BvhCost,
+        }
+    }
+
     /// Bytes a pixel.
     pub fn bytes_per_pixel(self) -> usize {
         let sums = size_of::<[f64; 3]>() * (1 + usize::from(self.variance));
         let luminance = size_of::<Moments>() * usize::from(self.luminance);
         let aovs = size_of::<FirstHits>() * usize::from(self.aovs);
-        size_of::<u32>() * 3 + 4 + sums + luminance + aovs
+        // Position (two), active list, samples tried and samples that count.
+        size_of::<u32>() * 5 + sums + luminance + aovs
     }
 }
 

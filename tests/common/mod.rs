@@ -1,9 +1,13 @@
 //! What several test files share: scenes by path, renders by options.
 #![allow(dead_code)] // Each test file uses its own part.
 
+pub mod make;
+pub mod statistics;
+
 use comber::bvh::Accel;
 use comber::drive::{self, Outcome, Unobserved};
 use comber::error::Result;
+use comber::film::picture::Picture;
 use comber::options::{self, Normals, RenderOptions};
 use comber::plan::Plan;
 use comber::reference::{self, Reference};
@@ -42,6 +46,12 @@ impl Ready {
         drive::render(&self.scene, &self.accel, &self.camera, &plan, &Unobserved)
     }
 
+    /// The same scene with another structure to answer its rays.
+    pub fn with_accel(mut self, kind: options::Accel) -> Ready {
+        self.accel = Accel::build(&self.scene.shapes, kind).expect("accel");
+        self
+    }
+
     pub fn render(&self, options: &RenderOptions) -> Outcome {
         self.try_render(options).expect("render")
     }
@@ -49,6 +59,20 @@ impl Ready {
     pub fn reference(&self, options: &RenderOptions) -> Reference {
         reference::render(&self.scene, &self.accel, &self.camera, options).expect("reference")
     }
+}
+
+/// Every layer of two pictures has the same bits.
+pub fn assert_same(a: &Picture, b: &Picture, what: &str) {
+    let bits3 = |layer: &[[f32; 3]]| layer.iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits3(&a.beauty), bits3(&b.beauty), "{what}: beauty");
+    for (name, x, y) in
+        [("albedo", &a.albedo, &b.albedo), ("normal", &a.normal, &b.normal), ("variance", &a.variance, &b.variance)]
+    {
+        assert_eq!(x.as_deref().map(bits3), y.as_deref().map(bits3), "{what}: {name}");
+    }
+    let bits = |l: &Vec<f32>| l.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+    assert_eq!(a.depth.as_ref().map(bits), b.depth.as_ref().map(bits), "{what}: depth");
+    assert_eq!(a.sample_count, b.sample_count, "{what}: sample count");
 }
 
 /// A file of the project's own `scenes/`.
