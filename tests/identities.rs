@@ -204,7 +204,7 @@ fn many_lights_agree_with_one_mesh_of_them() {
 
 #[test]
 fn lights_of_different_radiance_agree_with_what_rays_find() {
-    // Drawn by power, 25 lights of which some are dark and one is not lit at all.
+    // 25 lights, so drawn by power; every fifth is dark and must not be asked.
     let mut ready = room_of_squares(5, false);
     for (i, light) in ready.scene.lights.iter_mut().enumerate() {
         light.radiance = Vec3::new(1.0, 0.5, 0.1) * (i % 5) as f32;
