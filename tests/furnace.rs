@@ -148,7 +148,7 @@ fn every_strategy_and_roulette_rule_keeps_the_energy() {
             for direct in [Direct::Bsdf, Direct::Mis, Direct::Light, Direct::Hemisphere] {
                 // Tests that are judged together must not share their random numbers.
                 seed += 1;
-                let options = RenderOptions { direct, roulette, light_samples: 2, seed, ..exact(24, 24, depth) };
+                let options = RenderOptions { direct, roulette, light_samples: 2, seed, ..exact(20, 20, depth) };
                 // Points on the walls of a box have unbounded weights near its edges, where the variance of `Light`
                 // does not exist and no standard error holds. In a ball every point weighs the same.
                 let (room, name) = match direct {

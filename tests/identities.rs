@@ -49,7 +49,15 @@ fn bounces_add_up_in_every_sample() {
         for direct in DIRECTS {
             for roulette in [Roulette::Off, Roulette::Fixed(0.6), Roulette::Throughput { start: 1 }] {
                 for light_samples in [1, 3] {
-                    let options = RenderOptions { direct, roulette, light_samples, max_depth: 6, ..small() };
+                    let options = RenderOptions {
+                        direct,
+                        roulette,
+                        light_samples,
+                        max_depth: 6,
+                        width: 32,
+                        height: 24,
+                        ..small()
+                    };
                     let what = format!("{} {direct:?} {roulette:?} -l {light_samples}", ready.name);
                     let [path, only_direct, zero, one, indirect] = [
                         Integrator::Path,
@@ -111,7 +119,7 @@ fn strategies_agree_on_every_scene() {
     for path in own_scenes() {
         let ready = Ready::course(&path, Normals::Smooth);
         let pictures = DIRECTS.map(|direct| {
-            let samples = if matches!(direct, Direct::Mis | Direct::Light) { 64 } else { 320 };
+            let samples = if matches!(direct, Direct::Mis | Direct::Light) { 48 } else { 256 };
             // Strategies that share random numbers would not be independent.
             let seed = direct as u32;
             ready.render(&RenderOptions { direct, samples, seed, aovs: true, ..small() }).picture
@@ -185,7 +193,7 @@ fn many_lights_agree_with_one_mesh_of_them() {
         let (lights, mesh) = (room_of_squares(n, false), room_of_squares(n, true));
         assert_eq!((lights.scene.lights.len() as u32, mesh.scene.lights.len()), (n * n, 1));
         for direct in DIRECTS {
-            let options = RenderOptions { direct, samples: 48, light_samples, aovs: true, max_depth: 3, ..small() };
+            let options = RenderOptions { direct, samples: 24, light_samples, aovs: true, max_depth: 3, ..small() };
             let a = lights.render(&options).picture;
             let b = mesh.render(&RenderOptions { seed: 1, light_samples: 8, ..options }).picture;
             compare(&mut family, &a, &b, &format!("{} lights, -l {light_samples}, {direct:?}", n * n));
@@ -196,7 +204,7 @@ fn many_lights_agree_with_one_mesh_of_them() {
 
 #[test]
 fn lights_of_different_radiance_agree_with_what_rays_find() {
-    // Drawn by power, 25 lights of which some are dark and one is not lit at all.
+    // 25 lights, so drawn by power; every fifth is dark and must not be asked.
     let mut ready = room_of_squares(5, false);
     for (i, light) in ready.scene.lights.iter_mut().enumerate() {
         light.radiance = Vec3::new(1.0, 0.5, 0.1) * (i % 5) as f32;
