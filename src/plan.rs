@@ -85,12 +85,24 @@ pub struct Plan {
 pub struct PlannedMemory {
     /// Columns of all workers.
     pub waves: u64,
-    /// Film.
+    /// Film, and the picture that is made from it.
     pub film: u64,
     /// Scene tables.
     pub scene: u64,
     /// Acceleration structure.
     pub accel: u64,
+}
+
+impl PlannedMemory {
+    /// All of it.
+    pub fn total(self) -> u64 {
+        [self.film, self.scene, self.accel].iter().fold(self.waves, |a, &b| a.saturating_add(b))
+    }
+
+    /// What a render still has to allocate: scene and acceleration structure are there already.
+    pub fn to_come(self) -> u64 {
+        self.waves.saturating_add(self.film)
+    }
 }
 
 impl Plan {
@@ -120,8 +132,8 @@ impl Plan {
         let film = FilmLayout::new(options);
         let pixels = u64::from(cell.width) * u64::from(cell.height);
         let memory = PlannedMemory {
-            waves: (threads * wave * bytes_per_path) as u64,
-            film: pixels * film.bytes_per_pixel() as u64,
+            waves: (threads as u64).saturating_mul(wave as u64).saturating_mul(bytes_per_path as u64),
+            film: pixels * (film.bytes_per_pixel() + film.picture_bytes_per_pixel()) as u64,
             scene: scene.bytes() as u64,
             accel: accel.stats().bytes as u64,
         };

@@ -3,6 +3,7 @@
 
 mod common;
 
+use comber::film::develop::develop;
 use comber::film::tile;
 use comber::options::{Adaptive, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette, Simd};
 use comber::plan::Plan;
@@ -220,13 +221,20 @@ fn what_is_planned_is_allocated() {
 }
 
 #[test]
-fn the_film_takes_the_bytes_that_are_predicted() {
+fn film_and_picture_take_the_bytes_that_are_predicted() {
     let ready = Ready::course(&own("cornell_empty.dae"), Normals::Flat);
     for aovs in [false, true] {
         for adaptive in [None, Some(RULE)] {
             let options = RenderOptions { width: 70, height: 45, aovs, adaptive, ..RenderOptions::default() };
             let plan = plan(&ready, &options);
-            let bytes: usize = tile::tiles(plan.cell, plan.film)
+            let tiles = tile::tiles(plan.cell, plan.film);
+            let picture = develop(&tiles, plan.cell, (70, 45));
+            let colors =
+                [Some(&picture.beauty), picture.albedo.as_ref(), picture.normal.as_ref(), picture.variance.as_ref()];
+            let developed = colors.into_iter().flatten().map(|l| size_of_val(&l[..])).sum::<usize>()
+                + picture.depth.as_ref().map_or(0, |l| size_of_val(&l[..]))
+                + picture.sample_count.as_ref().map_or(0, |l| size_of_val(&l[..]));
+            let bytes: usize = tiles
                 .iter()
                 .map(|t| {
                     size_of_val(&t.x[..])
@@ -240,7 +248,7 @@ fn the_film_takes_the_bytes_that_are_predicted() {
                         + size_of_val(&t.first_hits[..])
                 })
                 .sum();
-            assert_eq!(plan.memory.film, bytes as u64, "aovs {aovs}, adaptive {}", adaptive.is_some());
+            assert_eq!(plan.memory.film, (bytes + developed) as u64, "aovs {aovs}, adaptive {}", adaptive.is_some());
         }
     }
 }

@@ -140,12 +140,11 @@ fn columns(plan: &Plan) -> String {
 
 fn memory(plan: &Plan) -> String {
     let memory = plan.memory;
-    let all = [memory.waves, memory.film, memory.scene, memory.accel].iter().fold(0_u64, |a, &b| a.saturating_add(b));
     let mut facts = Facts::default();
     facts.add("waves", units::bytes(memory.waves));
-    facts.add("film", units::bytes(memory.film));
+    facts.add("film and picture", units::bytes(memory.film));
     facts.add("scene", units::bytes(memory.scene));
     facts.add("acceleration structure", units::bytes(memory.accel));
-    facts.add("in all", units::bytes(all));
+    facts.add("in all", units::bytes(memory.total()));
     facts.text()
 }

@@ -8,12 +8,12 @@ use super::provenance::{creation_time, provenance};
 use super::report::{self, RenderReport};
 use super::resolve::{Outputs, RenderRequest, is};
 use crate::drive::{self, Observer, Outcome};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::heatmap::{self, HeatMap, Scale};
 use crate::film::output::{self, Format};
 use crate::film::picture::Picture;
 use crate::measure::progress::Progress;
-use crate::measure::units;
+use crate::measure::{memory, units};
 use crate::plan::Plan;
 use anyhow::Context as _;
 use std::path::Path;
@@ -32,6 +32,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
 
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
     let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
+    check_memory(&plan)?;
     interrupt.rendering();
     let mut outcome = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
     outcome.picture.provenance =
@@ -57,6 +58,22 @@ pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
         report::print(&report.text())?;
     }
     Ok(if outcome.stopped { Done::Interrupted } else { Done::Finished })
+}
+
+/// Refuses a render that this machine has no memory for, rather than to be killed in the middle of it.
+fn check_memory(plan: &Plan) -> Result<()> {
+    let needed = plan.memory.to_come();
+    match memory::available() {
+        Some(available) if needed > available => Err(Error::Options(format!(
+            "the render needs {} for {} of waves and {} of film, and {} of memory are available: \
+             take fewer pixels (-r, -p), a smaller --wave or fewer --threads",
+            units::bytes(needed),
+            units::bytes(plan.memory.waves),
+            units::bytes(plan.memory.film),
+            units::bytes(available)
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Makes `threads` the size of the pool in which scenes are read and trees are built.

@@ -31,6 +31,13 @@ impl FilmLayout {
         }
     }
 
+    /// Bytes a pixel of the picture: beauty and sample count, and the layers that the sums allow.
+    pub fn picture_bytes_per_pixel(self) -> usize {
+        let color = size_of::<[f32; 3]>();
+        let first_hits = (2 * color + size_of::<f32>()) * usize::from(self.aovs);
+        color + size_of::<u32>() + color * usize::from(self.variance) + first_hits
+    }
+
     /// Bytes a pixel.
     pub fn bytes_per_pixel(self) -> usize {
         let sums = size_of::<[f64; 3]>() * (1 + usize::from(self.variance));

@@ -10,6 +10,11 @@ pub fn current_resident() -> Option<u64> {
     from_status("VmRSS:")
 }
 
+/// What the system could still give without swapping, in bytes; `None` where it does not say (anything but Linux).
+pub fn available() -> Option<u64> {
+    parse(&std::fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:")
+}
+
 /// One field of `/proc/self/status`, in bytes. Elsewhere there is no such file.
 fn from_status(field: &str) -> Option<u64> {
     parse(&std::fs::read_to_string("/proc/self/status").ok()?, field)
