@@ -12,7 +12,8 @@ use glam::Vec4;
 pub fn run(context: &Context, block: &mut Block, len: usize) {
     let smooth = context.features.has(Features::SMOOTH);
     for i in (0..len).step_by(Vec4::WIDTH) {
-        let corners = [0, 1, 2].map(|c: usize| get::<Vec4>(&block.corners[c], i));
+        let [a, b, c] = &block.corners;
+        let corners = [get::<Vec4>(a, i), get(b, i), get(c, i)];
         let (u, v) = (Vec4::load(&block.u[i..]), Vec4::load(&block.v[i..]));
         let point = on_triangle(corners, u, v, get(&block.direction, i));
         set(&mut block.origin, i, point.origin);
@@ -47,7 +48,8 @@ fn interpolate_normals(context: &Context, block: &mut Block, len: usize) {
         }
     }
     for i in (0..len).step_by(Vec4::WIDTH) {
-        let normals: [V3<Vec4>; 3] = [0, 1, 2].map(|c: usize| get(&block.corners[c], i));
+        let [a, b, c] = &block.corners;
+        let normals: [V3<Vec4>; 3] = [get(a, i), get(b, i), get(c, i)];
         let (u, v) = (Vec4::load(&block.u[i..]), Vec4::load(&block.v[i..]));
         set(&mut block.normal, i, shading_normal(normals, u, v, get(&block.geometric, i)));
     }
