@@ -43,7 +43,7 @@ pub struct Context<'a> {
 
 /// A stage, as data: what the plan checks and `comber info` prints.
 ///
-/// Columns are named `table.field`; `table.*` stands for all columns of a table that the plan allocates. `next` is the path
+/// Columns are named `table.field`; `table.*` and `table.part*` stand for all that begin so and that the plan allocates. `next` is the path
 /// table that shade fills and roulette empties.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage {

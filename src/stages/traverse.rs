@@ -19,15 +19,7 @@ use bumpalo::Bump;
 /// Its facts.
 pub const STAGE: Stage = Stage {
     name: "traverse",
-    reads: &[
-        ("path.ox", Features::ALWAYS),
-        ("path.oy", Features::ALWAYS),
-        ("path.oz", Features::ALWAYS),
-        ("path.dx", Features::ALWAYS),
-        ("path.dy", Features::ALWAYS),
-        ("path.dz", Features::ALWAYS),
-        ("path.slot", Features::COST),
-    ],
+    reads: &[("path.o*", Features::ALWAYS), ("path.d*", Features::ALWAYS), ("path.slot", Features::COST)],
     writes: &[
         ("hit.*", Features::HITS),
         ("sample.r", Features::COST),
