@@ -68,7 +68,7 @@ fn record(ready: &Ready) -> Vec<Queues> {
     let rows = pipeline.generate();
     let (mut live, mut queues) = (rows, Vec::new());
     for depth in 0.. {
-        pipeline.traverse(live);
+        pipeline.traverse(depth, live);
         let n = pipeline.shade(depth, live).next;
         if n == 0 {
             break;
@@ -171,12 +171,12 @@ impl<'a> Streamed<'a> {
 
     #[inline(always)]
     fn decide(&mut self) {
-        let Queues { next, slots, survival, .. } = self.queues;
+        let Queues { next, survival, .. } = self.queues;
         let mut live = 0;
-        for row in 0..slots.len() {
+        for (row, &survival) in survival.iter().enumerate() {
             self.survivors[live] = row as u32;
-            self.scales[live] = 1.0 / survival[row];
-            live += usize::from(goes_on(next, row, survival[row]));
+            self.scales[live] = 1.0 / survival;
+            live += usize::from(goes_on(next, row, survival));
         }
         let survivors = &self.survivors[..live];
         // The lot is used up: it does not move.
@@ -314,5 +314,5 @@ fn closest(ready: &Ready, tier: Tier, rays: [&[f32]; RAY], hits: &mut Hits, star
         prim: &mut prim[rows.clone()],
         geom: &mut geom[rows],
     };
-    ready.accel.closest_hits(tier, RayColumns { ox, oy, oz, dx, dy, dz, t_max: None }, hits);
+    ready.accel.closest_hits(ready.accel.suited(false), tier, RayColumns { ox, oy, oz, dx, dy, dz, t_max: None }, hits);
 }

@@ -46,9 +46,9 @@ fn measure(criterion: &mut Criterion, ready: &Ready, tier: Tier, suffix: &str) {
         pipeline.generate();
     });
     for depth in 0..=DEEPEST {
-        pipeline.traverse(live);
+        pipeline.traverse(depth, live);
         if all_stages {
-            bench("traverse", depth, live, &mut || pipeline.traverse(live));
+            bench("traverse", depth, live, &mut || pipeline.traverse(depth, live));
         }
         let shaded = pipeline.shade(depth, live);
         bench("shade", depth, live, &mut || {
@@ -74,7 +74,7 @@ fn assert_tiers_agree(ready: &Ready) {
         let mut pipeline = Pipeline::new(ready, &common::render_options(), tier);
         let mut live = pipeline.generate();
         for depth in 0..=DEEPEST {
-            pipeline.traverse(live);
+            pipeline.traverse(depth, live);
             let shaded = pipeline.shade(depth, live);
             live = pipeline.roulette(depth, shaded.next);
         }

@@ -54,8 +54,8 @@ impl<'a> Pipeline<'a> {
         stages::generate::run(&self.context, &self.spans, stages::generate::Out { samples, paths })
     }
 
-    pub fn traverse(&mut self, n: usize) {
-        stages::traverse::run(&self.context, n, &self.wave.paths, &mut self.wave.hits);
+    pub fn traverse(&mut self, depth: u32, n: usize) {
+        stages::traverse::run(&self.context, depth, n, &self.wave.paths, &mut self.wave.hits);
     }
 
     pub fn shade(&mut self, depth: u32, n: usize) -> shade::Counts {
