@@ -171,12 +171,12 @@ impl<'a> Streamed<'a> {
 
     #[inline(always)]
     fn decide(&mut self) {
-        let Queues { next, slots, survival, .. } = self.queues;
+        let Queues { next, survival, .. } = self.queues;
         let mut live = 0;
-        for row in 0..slots.len() {
+        for (row, &survival) in survival.iter().enumerate() {
             self.survivors[live] = row as u32;
-            self.scales[live] = 1.0 / survival[row];
-            live += usize::from(goes_on(next, row, survival[row]));
+            self.scales[live] = 1.0 / survival;
+            live += usize::from(goes_on(next, row, survival));
         }
         let survivors = &self.survivors[..live];
         // The lot is used up: it does not move.

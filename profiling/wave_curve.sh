@@ -15,6 +15,6 @@ cd "$here/.."
 cargo bench --quiet --bench wave_size -- "${@:-}" > "$out/wave_size.csv"
 awk -F, '
     NR == 1 { next }
-    $1 != scene { scene = $1; printf "%s%s\n%9s %9s %8s %9s %9s\n", NR > 2 ? "\n" : "", $1, "rows", "KiB", "Mray/s", "of best", "cpu" }
+    $1 != scene { scene = $1; printf "%s%s\n%9s %9s %8s %9s %9s\n", (NR > 2 ? "\n" : ""), $1, "rows", "KiB", "Mray/s", "of best", "cpu" }
     { printf "%9d %9d %8.2f %8.1f%% %8.1f%%\n", $2, $3 / 1024, $4, 100 * $5, 100 * $7 }
 ' "$out/wave_size.csv" | tee "$out/wave_size.txt"

@@ -11,7 +11,7 @@ use comber::scene::camera::Camera;
 use comber::scene::description::SceneDescription;
 use comber::scene::stage::{Stage, UpAxis, place};
 use comber::scene::{Scene, SceneOptions, default, viewpoint};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// A scene, ready to be rendered.
@@ -56,7 +56,7 @@ fn on_stage(files: &[&str]) -> Option<(SceneDescription, Camera)> {
     Some(staged(comber::import::load(&file).and_then(|mesh| place(mesh, Stage::Cornell, UpAxis::Y))))
 }
 
-fn course(file: &PathBuf) -> (SceneDescription, Camera) {
+fn course(file: &Path) -> (SceneDescription, Camera) {
     let description = comber::import::load(file).expect("a readable scene");
     let (min, max) = geometry_bounds(&description).expect("a scene with geometry");
     let camera = viewpoint::course(description.camera.as_ref(), min, max).expect("a scene with a camera");
