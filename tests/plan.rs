@@ -260,7 +260,7 @@ fn the_wave_is_as_asked_or_fits_its_budget() {
         let options = RenderOptions { light_samples, ..RenderOptions::default() };
         let chosen = plan(&ready, &options);
         assert!((256..=8192).contains(&chosen.wave) && chosen.wave.is_power_of_two());
-        assert!(chosen.wave == 256 || chosen.wave * chosen.bytes_per_path <= 1 << 20, "{}", chosen.wave);
+        assert!(chosen.wave == 256 || chosen.wave * chosen.bytes_per_path <= 2 << 20, "{}", chosen.wave);
         assert_eq!(plan(&ready, &RenderOptions { wave: Some(77), ..options }).wave, 77);
     }
 }

@@ -31,7 +31,7 @@ pub fn test_triangles(ray: &ShearedRay, block: &Tri4, closest: &mut Closest) {
 /// Offers the hits of a ray in a block of spheres. Out of line, to keep the loop over triangles small.
 #[inline(never)]
 pub fn test_spheres(ray: &Ray, block: &Sphere4, closest: &mut Closest) {
-    for lane in 0..4 {
+    for lane in (0..4).filter(|&lane| block.prim[lane] != MISS) {
         if let Some(t) = sphere::intersect(ray, block.center(lane), block.radius[lane], closest.t_max()) {
             closest.offer(Hit { t, u: 0.0, v: 0.0, prim: block.prim[lane], geom: block.geom[lane] });
         }
@@ -68,5 +68,6 @@ pub fn hits_triangles(ray: &ShearedRay, block: &Tri4, t_max: f32) -> bool {
 /// Whether a ray hits a block of spheres up to `t_max`.
 #[inline(never)]
 pub fn hits_spheres(ray: &Ray, block: &Sphere4, t_max: f32) -> bool {
-    (0..4).any(|lane| sphere::intersect(ray, block.center(lane), block.radius[lane], t_max).is_some())
+    let hits = |lane| sphere::intersect(ray, block.center(lane), block.radius[lane], t_max).is_some();
+    (0..4).any(|lane| block.prim[lane] != MISS && hits(lane))
 }

@@ -53,6 +53,22 @@ pub struct Block {
     pub sphere_count: usize,
 }
 
+/// Rays that leave the rows at hand, towards a light or onwards.
+pub struct Outgoing {
+    /// Unit direction.
+    pub direction: Column3,
+    /// What the ray is worth: direct light that may arrive, or the throughput of the path that goes on.
+    pub value: Column3,
+    /// Distance that must be free, or density with which the direction was drawn.
+    pub number: Column,
+}
+
+impl Default for Outgoing {
+    fn default() -> Self {
+        Outgoing { direction: [[0.0; ROWS]; 3], value: [[0.0; ROWS]; 3], number: [0.0; ROWS] }
+    }
+}
+
 impl Default for Block {
     fn default() -> Self {
         let zero = [0.0; ROWS];

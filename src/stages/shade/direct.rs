@@ -1,6 +1,6 @@
 //! Direct light: shadow rays and what each is worth.
 
-use super::block::{Block, Column, Column3, ROWS, get, set};
+use super::block::{Block, Outgoing, ROWS, get, set};
 use crate::light::LightSample;
 use crate::light::shape::LightShape;
 use crate::sampling::lanes::{Lanes, V3};
@@ -10,36 +10,29 @@ use crate::wave::features::Features;
 use crate::wave::shadows::Shadows;
 use glam::Vec4;
 
-/// Appends the shadow rays of the block behind row `n` of `shadows`; returns the new count.
+/// Appends the shadow rays of the block behind row `n` of `shadows`; returns the new count. `rays` is scratch.
 #[inline(always)]
-pub fn run(context: &Context, depth: u32, block: &mut Block, shadows: &mut Shadows, mut n: usize) -> usize {
+pub fn run(
+    context: &Context,
+    depth: u32,
+    block: &mut Block,
+    rays: &mut Outgoing,
+    shadows: &mut Shadows,
+    mut n: usize,
+) -> usize {
     let transport = &context.transport;
-    let mut rays = ShadowRays::default();
     for k in 0..transport.shadow_samples {
         block.draw(transport.dimensions.light(depth, k), context.seed);
         if context.features.has(Features::HEMISPHERE) {
-            hemisphere(context, block, &mut rays);
+            hemisphere(context, block, rays);
         } else if let Some(shape) = single_light(context, k) {
-            one_light(context, block, shape, k, &mut rays);
+            one_light(context, block, shape, k, rays);
         } else {
-            light_by_row(context, block, k, &mut rays);
+            light_by_row(context, block, k, rays);
         }
-        n = append(block, &rays, shadows, n);
+        n = append(block, rays, shadows, n);
     }
     n
-}
-
-/// Shadow rays of one sample of each row; no value where `value` is zero.
-struct ShadowRays {
-    direction: Column3,
-    distance: Column,
-    value: Column3,
-}
-
-impl Default for ShadowRays {
-    fn default() -> Self {
-        ShadowRays { direction: [[0.0; ROWS]; 3], distance: [0.0; ROWS], value: [[0.0; ROWS]; 3] }
-    }
 }
 
 /// The light that sample `k` asks in every row, if it is the same and of a shape that is sampled four at a time.
@@ -51,7 +44,7 @@ fn single_light<'a>(context: &'a Context, k: u32) -> Option<&'a LightShape> {
 }
 
 #[inline(always)]
-fn one_light(context: &Context, block: &Block, shape: &LightShape, k: u32, rays: &mut ShadowRays) {
+fn one_light(context: &Context, block: &Block, shape: &LightShape, k: u32, rays: &mut Outgoing) {
     match shape {
         LightShape::Parallelogram(p) => four_by_four(context, block, k, rays, |from, u, v| p.sample(from, u, v)),
         LightShape::Sphere(s) => four_by_four(context, block, k, rays, |from, u, v| s.sample(from, u, v)),
@@ -64,7 +57,7 @@ fn four_by_four(
     context: &Context,
     block: &Block,
     k: u32,
-    rays: &mut ShadowRays,
+    rays: &mut Outgoing,
     sample: impl Fn(V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
 ) {
     let transport = &context.transport;
@@ -85,14 +78,14 @@ fn four_by_four(
             mis,
         );
         set(&mut rays.direction, i, found.direction);
-        found.distance.store(&mut rays.distance[i..]);
+        found.distance.store(&mut rays.number[i..]);
         set(&mut rays.value, i, value);
     }
 }
 
 /// Rows ask different lights, or a mesh: one at a time.
 #[inline(always)]
-fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut ShadowRays) {
+fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
     let transport = &context.transport;
     for i in 0..block.len {
         let random = [0, 1, 2].map(|d: usize| block.random[d][i]);
@@ -110,13 +103,13 @@ fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut ShadowRays)
             transport.mis(),
         );
         set(&mut rays.direction, i, found.direction);
-        rays.distance[i] = found.distance;
+        rays.number[i] = found.distance;
         set(&mut rays.value, i, value);
     }
 }
 
 #[inline(always)]
-fn hemisphere(context: &Context, block: &Block, rays: &mut ShadowRays) {
+fn hemisphere(context: &Context, block: &Block, rays: &mut Outgoing) {
     let count = context.transport.shadow_samples;
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let uv = [0, 1].map(|d: usize| Vec4::load(&block.random[d][i..]));
@@ -126,12 +119,12 @@ fn hemisphere(context: &Context, block: &Block, rays: &mut ShadowRays) {
         set(&mut rays.direction, i, direction);
         set(&mut rays.value, i, value);
     }
-    rays.distance.fill(f32::INFINITY);
+    rays.number.fill(f32::INFINITY);
 }
 
 /// Streams the rays that are worth tracing to the table.
 #[inline(always)]
-fn append(block: &Block, rays: &ShadowRays, shadows: &mut Shadows, n: usize) -> usize {
+fn append(block: &Block, rays: &Outgoing, shadows: &mut Shadows, n: usize) -> usize {
     let mut worth = [0u8; ROWS];
     let mut count = 0;
     for i in 0..block.len {
@@ -148,7 +141,7 @@ fn append(block: &Block, rays: &ShadowRays, shadows: &mut Shadows, n: usize) -> 
         (&mut shadows.dx, &rays.direction[0]),
         (&mut shadows.dy, &rays.direction[1]),
         (&mut shadows.dz, &rays.direction[2]),
-        (&mut shadows.t_max, &rays.distance),
+        (&mut shadows.t_max, &rays.number),
         (&mut shadows.direct_r, &rays.value[0]),
         (&mut shadows.direct_g, &rays.value[1]),
         (&mut shadows.direct_b, &rays.value[2]),

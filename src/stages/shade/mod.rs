@@ -26,7 +26,7 @@ use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;
 use crate::wave::shadows::Shadows;
-use block::Block;
+use block::{Block, Outgoing};
 use bumpalo::Bump;
 
 /// Its facts.
@@ -116,15 +116,15 @@ impl Kernel for Shade<'_, '_> {
         if !(direct || continues) {
             return counts;
         }
-        let block = scratch.alloc(Block::default());
+        let (block, rays) = (scratch.alloc(Block::default()), scratch.alloc(Outgoing::default()));
         for rows in queue[..scattering].chunks(block::ROWS) {
             block.gather(context, rows, &input, out.samples);
             surface::run(context, block, rows.len());
             if direct {
-                counts.shadows = direct::run(context, depth, block, out.shadows, counts.shadows);
+                counts.shadows = direct::run(context, depth, block, rays, out.shadows, counts.shadows);
             }
             if continues {
-                counts.next = scatter::run(context, depth, block, out.next, counts.next);
+                counts.next = scatter::run(context, depth, block, rays, out.next, counts.next);
             }
         }
         counts

@@ -1,6 +1,6 @@
 //! The continuing ray.
 
-use super::block::{Block, Column3, get};
+use super::block::{Block, Outgoing, get, set};
 use crate::material::diffuse;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::stages::Context;
@@ -9,18 +9,18 @@ use crate::wave::paths::Paths;
 use glam::Vec4;
 
 /// Appends the block's next paths behind row `n` of `next`; returns the new count. Dead ones have β = 0.
+/// `rays` is scratch.
 #[inline(always)]
-pub fn run(context: &Context, depth: u32, block: &mut Block, next: &mut Paths, n: usize) -> usize {
+pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing, next: &mut Paths, n: usize) -> usize {
     block.draw(context.transport.dimensions.bounce(depth), context.seed);
     let end = n + block.len;
-    let zero = [[0.0; super::block::ROWS]; 3];
-    let (mut direction, mut beta, mut pdf): (Column3, Column3, _) = (zero, zero, zero[0]);
+    let Outgoing { direction, value: beta, number: pdf } = rays;
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
         let (normal, geometric): (V3<Vec4>, _) = (get(&block.normal, i), get(&block.geometric, i));
         let sample = diffuse::sample(get(&block.albedo, i), normal, geometric, u, v);
-        super::block::set(&mut direction, i, sample.direction);
-        super::block::set(&mut beta, i, get::<Vec4>(&block.beta, i).times(sample.weight));
+        set(direction, i, sample.direction);
+        set(beta, i, get::<Vec4>(&block.beta, i).times(sample.weight));
         sample.pdf.store(&mut pdf[i..]);
     }
     let len = block.len;
