@@ -1,8 +1,9 @@
 //! Features and options → stages, columns, bytes a path, wave size; and why each is there.
 
-use crate::bvh::Accel;
+use crate::bvh::{Accel, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
+use crate::measure::units;
 use crate::options::{Cell, Direct, Integrator, RenderOptions, Roulette};
 use crate::scene::Scene;
 use crate::simd::Tier;
@@ -140,7 +141,7 @@ impl Plan {
             accel: accel.stats().bytes as u64,
         };
         Ok(Plan {
-            stages: planned_stages(features, &tables, scene, options, &transport)?,
+            stages: planned_stages(features, &tables, &Subject { scene, accel, options, transport: &transport })?,
             columns: planned_columns(&tables),
             options: options.clone(),
             cell,
@@ -228,20 +229,22 @@ fn resolve(list: &[(&'static str, Features)], features: Features, columns: &[Str
     Ok(names)
 }
 
+/// What a plan is about.
+struct Subject<'a> {
+    scene: &'a Scene,
+    accel: &'a Accel,
+    options: &'a RenderOptions,
+    transport: &'a Transport,
+}
+
 /// The stages that run, after a check that what they read is written and what they write is read.
-fn planned_stages(
-    features: Features,
-    tables: &[Table],
-    scene: &Scene,
-    options: &RenderOptions,
-    transport: &Transport,
-) -> Result<Vec<PlannedStage>> {
+fn planned_stages(features: Features, tables: &[Table], subject: &Subject) -> Result<Vec<PlannedStage>> {
     let columns: Vec<String> = tables.iter().flat_map(|t| t.allocated().map(|(name, _)| name)).collect();
     let mut planned = Vec::new();
     for stage in stages::ALL.iter().filter(|s| features.has(s.requires)) {
         let reads = resolve(stage.reads, features, &columns)?;
         let writes = resolve(stage.writes, features, &columns)?;
-        let (kernel, why) = describe(stage, features, scene, options, transport);
+        let (kernel, why) = describe(stage, features, subject);
         let (bytes_read, bytes_written) = (reads.len() * ColumnInfo::BYTES, writes.len() * ColumnInfo::BYTES);
         planned.push(PlannedStage { name: stage.name, kernel, why, reads, writes, bytes_read, bytes_written });
     }
@@ -263,13 +266,10 @@ fn check(planned: &[PlannedStage], columns: &[String]) -> Result<()> {
 }
 
 /// The kernel a stage runs, and why.
-fn describe(
-    stage: &Stage,
-    features: Features,
-    scene: &Scene,
-    options: &RenderOptions,
-    transport: &Transport,
-) -> (String, String) {
+fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, String) {
+    let Subject { scene, accel, options, transport } = subject;
+    let in_flight = accel.suited(false) == Traversal::InFlight;
+    let tree = units::bytes(accel.stats().bytes as u64);
     let shapes = match (features.has(Features::TRIANGLES), features.has(Features::SPHERES)) {
         (true, true) => "triangles and spheres",
         (true, false) => "triangles",
@@ -284,8 +284,15 @@ fn describe(
                 crate::options::Accel::Bvh => "4-wide BVH",
                 crate::options::Accel::Brute => "every primitive",
             };
-            let counted = if features.has(Features::COST) { ", counting nodes" } else { "" };
-            (format!("{structure}, closest hit, watertight, {shapes}{counted}"), format!("the scene holds {shapes}"))
+            let mut kernel = format!("{structure}, closest hit, watertight, {shapes}");
+            let mut why = format!("the scene holds {shapes}");
+            if features.has(Features::COST) {
+                kernel += ", counting nodes";
+            } else if in_flight && features.has(Features::CONTINUE) {
+                kernel += "; behind the first surface, many rays in flight";
+                why += &format!("; the tree of {tree} does not fit the caches near the core");
+            }
+            (kernel, why)
         }
         "shade" => {
             let mut parts = Vec::new();
@@ -318,6 +325,7 @@ fn describe(
         "shadow" if features.has(Features::HEMISPHERE) => {
             ("closest hit, then its emission".into(), Features::HEMISPHERE.why())
         }
+        "shadow" if in_flight => ("any hit, many rays in flight".into(), Features::SHADOW.why()),
         "shadow" => ("any hit".into(), Features::SHADOW.why()),
         "roulette" => match options.roulette {
             Roulette::Fixed(p) if features.has(Features::ROULETTE) => {

@@ -20,15 +20,18 @@ impl Dimensions {
 
     /// The block of the continuing ray at vertex `depth` (0 is the first surface): two numbers for the direction,
     /// one for roulette.
+    ///
+    /// Wraps around where depth × samples exceeds 2³²: such a path has long lost all throughput, and at worst draws
+    /// numbers that it has drawn before.
     #[inline(always)]
     pub fn bounce(self, depth: u32) -> u32 {
-        1 + depth * (1 + self.light_samples)
+        depth.wrapping_mul(1 + self.light_samples).wrapping_add(1)
     }
 
     /// The block of light sample `k` at vertex `depth`.
     #[inline(always)]
     pub fn light(self, depth: u32, k: u32) -> u32 {
-        self.bounce(depth) + 1 + k
+        self.bounce(depth).wrapping_add(1 + k)
     }
 }
 

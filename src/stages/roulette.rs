@@ -9,7 +9,7 @@
 //! | cost | the row's bytes read and written once |
 //!
 //! Rows move (a *streamed* queue): the stages behind read columns from end to end. The alternative, rows that stay and a queue
-//! of row numbers, was measured on the queues of seven scenes (`cargo bench --bench columns`,
+//! of row numbers, was measured on the queues of six scenes (`cargo bench --bench columns`,
 //! `profiling/runs/2026-11-22-xeon-2c/columns.md`): moving rows takes 0.63–0.89 of the time for all column traffic of a
 //! bounce. Traversal, which reads six columns once, is 0–4 % slower for the copy, 2 to 5 ns of 70 to 370 a row; shade,
 //! which reads all, gains more. Keeping the order keeps what coherence the pixels' order gave.
