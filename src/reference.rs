@@ -11,14 +11,14 @@ use crate::film::develop::develop;
 use crate::film::picture::Picture;
 use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
 use crate::material::diffuse;
-use crate::options::{Cell, Integrator, RenderOptions};
+use crate::options::{Cell, Direct, Integrator, RenderOptions};
 use crate::sampling::lanes::V3;
 use crate::sampling::random::{Dimensions, uniform4};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
 use crate::scene::surface::SurfacePoint;
 use crate::simd::{Kernel, Tier};
-use crate::transport::{self, Transport};
+use crate::transport::{self, Sampled, Transport, Vertex};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -212,11 +212,10 @@ impl Tracer<'_> {
     fn direct(&self, depth: u32, k: u32, path: &mut Path, at: &SurfacePoint<f32>, albedo: V3<f32>, rays: &mut Rays) {
         let (scene, transport) = (self.scene, &self.transport);
         let random = uniform4(path.pixel, path.index, transport.dimensions.light(depth, k), self.options.seed);
-        let frame = [at.normal, at.geometric];
-        if transport.direct == crate::options::Direct::Hemisphere {
+        let vertex = Vertex { beta: path.beta, albedo, normal: at.normal, geometric: at.geometric };
+        if transport.direct == Direct::Hemisphere {
             let uv = [random[0], random[1]];
-            let (direction, value) =
-                transport::hemisphere_sample(path.beta, albedo, frame, uv, transport.shadow_samples);
+            let (direction, value) = transport::hemisphere_sample(vertex, uv, transport.shadow_samples);
             if is_zero(value) {
                 return;
             }
@@ -230,9 +229,8 @@ impl Tracer<'_> {
         let id = transport.light_of(k, random[3]);
         let light = &scene.lights[id];
         let found = light.sample(at.origin, [random[0], random[1], random[2]]);
-        let rate = transport.rates[id];
-        let light_terms = [light.radiance.into(), V3::new(rate, rate, rate)];
-        let value = transport::light_contribution(path.beta, albedo, frame, found, light_terms, transport.mis());
+        let sampled = Sampled { radiance: light.radiance.into(), rate: transport.rates[id] };
+        let value = transport::light_contribution(vertex, sampled, found, transport.mis());
         if is_zero(value) {
             return;
         }

@@ -131,40 +131,49 @@ pub fn simulates_light(integrator: Integrator) -> bool {
     integrator.bounces(1).is_some()
 }
 
+/// A vertex that scatters light: what the path carries to it, and the surface there.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<F> {
+    /// Throughput of the path up to here.
+    pub beta: V3<F>,
+    /// Albedo.
+    pub albedo: V3<F>,
+    /// Unit shading normal, on the side of the arriving ray.
+    pub normal: V3<F>,
+    /// Unit geometric normal, on the same side.
+    pub geometric: V3<F>,
+}
+
+/// A light as the estimator sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampled<F> {
+    /// Emitted radiance.
+    pub radiance: V3<F>,
+    /// Expected number of samples of it at each vertex.
+    pub rate: F,
+}
+
 /// What a light sample adds if nothing is in its way: β·f·cos θ·L / density, times the MIS weight; zero where the surface or the
 /// light faces away.
 #[inline(always)]
-pub fn light_contribution<F: Lanes>(
-    beta: V3<F>,
-    albedo: V3<F>,
-    [normal, geometric]: [V3<F>; 2],
-    sample: LightSample<F>,
-    [radiance, rate]: [V3<F>; 2],
-    mis: bool,
-) -> V3<F> {
+pub fn light_contribution<F: Lanes>(at: Vertex<F>, light: Sampled<F>, sample: LightSample<F>, mis: bool) -> V3<F> {
     let zero = F::splat(0.0);
-    let cos = sample.direction.dot(normal);
-    let density = sample.pdf * rate.x;
-    let reaches = cos.gt(zero) & sample.direction.dot(geometric).gt(zero) & density.gt(zero);
+    let cos = sample.direction.dot(at.normal);
+    let density = sample.pdf * light.rate;
+    let reaches = cos.gt(zero) & sample.direction.dot(at.geometric).gt(zero) & density.gt(zero);
     let weight = if mis { warp::power_heuristic(density, diffuse::pdf(cos)) } else { F::splat(1.0) };
-    let value = beta.times(diffuse::evaluate(albedo)).times(radiance) * (cos / density * weight);
+    let value = at.beta.times(diffuse::evaluate(at.albedo)).times(light.radiance) * (cos / density * weight);
     V3::select(reaches, value, V3::new(zero, zero, zero))
 }
 
 /// A uniform direction over the hemisphere and what multiplies the emission it finds, for one of `count` samples.
 #[inline(always)]
-pub fn hemisphere_sample<F: Lanes>(
-    beta: V3<F>,
-    albedo: V3<F>,
-    [normal, geometric]: [V3<F>; 2],
-    [u, v]: [F; 2],
-    count: u32,
-) -> (V3<F>, V3<F>) {
+pub fn hemisphere_sample<F: Lanes>(at: Vertex<F>, [u, v]: [F; 2], count: u32) -> (V3<F>, V3<F>) {
     let zero = F::splat(0.0);
     let local = warp::uniform_hemisphere(u, v);
-    let direction = warp::to_world(local, normal);
-    let value = beta.times(diffuse::evaluate(albedo)) * (local.z * F::splat(2.0 * PI / count as f32));
-    let above = direction.dot(geometric).gt(zero) & local.z.gt(zero);
+    let direction = warp::to_world(local, at.normal);
+    let value = at.beta.times(diffuse::evaluate(at.albedo)) * (local.z * F::splat(2.0 * PI / count as f32));
+    let above = direction.dot(at.geometric).gt(zero) & local.z.gt(zero);
     (direction, V3::select(above, value, V3::new(zero, zero, zero)))
 }
 

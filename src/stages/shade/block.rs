@@ -4,6 +4,7 @@ use super::In;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::uniform4;
 use crate::stages::Context;
+use crate::transport::Vertex;
 use crate::wave::samples::Samples;
 
 /// Rows a block. Measured on the Cornell box with spheres: 32 to 256 are equal within noise.
@@ -128,6 +129,17 @@ impl Block {
                 self.spheres[self.sphere_count] = (i as u32, origin + V3::new(x, y, z) * hits.t[row]);
                 self.sphere_count += 1;
             }
+        }
+    }
+
+    /// One row, or four, as the estimator sees them.
+    #[inline(always)]
+    pub fn vertex<F: Lanes>(&self, i: usize) -> Vertex<F> {
+        Vertex {
+            beta: get(&self.beta, i),
+            albedo: get(&self.albedo, i),
+            normal: get(&self.normal, i),
+            geometric: get(&self.geometric, i),
         }
     }
 

@@ -5,7 +5,7 @@ use crate::light::LightSample;
 use crate::light::shape::LightShape;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::stages::Context;
-use crate::transport::{hemisphere_sample, light_contribution};
+use crate::transport::{Sampled, hemisphere_sample, light_contribution};
 use crate::wave::features::Features;
 use crate::wave::shadows::Shadows;
 use glam::Vec4;
@@ -62,21 +62,13 @@ fn four_by_four(
 ) {
     let transport = &context.transport;
     let id = transport.light_of(k, 0.0);
-    let radiance = V3::splat(context.scene.lights[id].radiance);
-    let rate = Vec4::splat(transport.rates[id]);
+    let light =
+        Sampled { radiance: V3::splat(context.scene.lights[id].radiance), rate: Vec4::splat(transport.rates[id]) };
     let mis = transport.mis();
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
         let found = sample(get(&block.origin, i), u, v);
-        let frame = [get(&block.normal, i), get(&block.geometric, i)];
-        let value = light_contribution(
-            get(&block.beta, i),
-            get(&block.albedo, i),
-            frame,
-            found,
-            [radiance, V3::new(rate, rate, rate)],
-            mis,
-        );
+        let value = light_contribution(block.vertex(i), light, found, mis);
         set(&mut rays.direction, i, found.direction);
         found.distance.store(&mut rays.number[i..]);
         set(&mut rays.value, i, value);
@@ -91,17 +83,9 @@ fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
         let random = [0, 1, 2].map(|d: usize| block.random[d][i]);
         let id = transport.light_of(k, block.random[3][i]);
         let light = &context.scene.lights[id];
-        let rate = transport.rates[id];
         let found = light.sample(get(&block.origin, i), random);
-        let frame = [get(&block.normal, i), get(&block.geometric, i)];
-        let value = light_contribution::<f32>(
-            get(&block.beta, i),
-            get(&block.albedo, i),
-            frame,
-            found,
-            [light.radiance.into(), V3::new(rate, rate, rate)],
-            transport.mis(),
-        );
+        let sampled = Sampled { radiance: light.radiance.into(), rate: transport.rates[id] };
+        let value = light_contribution::<f32>(block.vertex(i), sampled, found, transport.mis());
         set(&mut rays.direction, i, found.direction);
         rays.number[i] = found.distance;
         set(&mut rays.value, i, value);
@@ -113,9 +97,7 @@ fn hemisphere(context: &Context, block: &Block, rays: &mut Outgoing) {
     let count = context.transport.shadow_samples;
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let uv = [0, 1].map(|d: usize| Vec4::load(&block.random[d][i..]));
-        let frame = [get(&block.normal, i), get(&block.geometric, i)];
-        let (direction, value) =
-            hemisphere_sample::<Vec4>(get(&block.beta, i), get(&block.albedo, i), frame, uv, count);
+        let (direction, value) = hemisphere_sample::<Vec4>(block.vertex(i), uv, count);
         set(&mut rays.direction, i, direction);
         set(&mut rays.value, i, value);
     }
