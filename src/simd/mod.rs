@@ -8,6 +8,8 @@
 
 pub mod aligned;
 
+use glam::Vec4;
+
 use crate::error::{Error, Result};
 use crate::options::Simd;
 
@@ -104,6 +106,32 @@ pub fn prefetch(address: Address) {
     let _ = address;
 }
 
+/// The bits of `high` above those of `low`, lane by lane.
+#[inline(always)]
+pub fn interleave(low: Vec4, high: Vec4) -> [u64; 4] {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{
+            __m128, _mm_castps_si128, _mm_cvtsi128_si64, _mm_unpackhi_epi64, _mm_unpackhi_ps, _mm_unpacklo_ps,
+        };
+        // SAFETY: SSE and SSE2 are part of every x86-64 processor.
+        unsafe {
+            let both = |pair: __m128| {
+                let pair = _mm_castps_si128(pair);
+                [_mm_cvtsi128_si64(pair) as u64, _mm_cvtsi128_si64(_mm_unpackhi_epi64(pair, pair)) as u64]
+            };
+            let [a, b] = both(_mm_unpacklo_ps(low.into(), high.into()));
+            let [c, d] = both(_mm_unpackhi_ps(low.into(), high.into()));
+            [a, b, c, d]
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let (low, high) = (low.to_array(), high.to_array());
+        std::array::from_fn(|i| u64::from(high[i].to_bits()) << 32 | u64::from(low[i].to_bits()))
+    }
+}
+
 /// A batch kernel. `run` and everything it calls in its loops must be `#[inline(always)]`: code that stays a
 /// function of its own is compiled for the baseline.
 pub trait Kernel {
@@ -145,6 +173,14 @@ mod tests {
         for tier in Tier::available() {
             assert_eq!(tier.run(Sum(&numbers)), expected, "{}", tier.name());
         }
+    }
+
+    #[test]
+    fn interleaving_keeps_every_bit() {
+        let (low, high) = ([0u32, 1, u32::MAX, 0x7fc0_1234], [5u32, 0x8000_0000, 7, u32::MAX]);
+        let vector = |bits: [u32; 4]| Vec4::from_array(bits.map(f32::from_bits));
+        let expected: [u64; 4] = std::array::from_fn(|i| u64::from(high[i]) << 32 | u64::from(low[i]));
+        assert_eq!(interleave(vector(low), vector(high)), expected);
     }
 
     #[test]

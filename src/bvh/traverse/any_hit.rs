@@ -31,7 +31,7 @@ pub fn any_hit<const SPHERES: bool, const COUNT: bool>(
             if COUNT {
                 counts.node_visits += 1;
             }
-            let (_, met) = slabs.enter(node, t_max);
+            let met = slabs.enter(node, t_max).1.bitmask();
             if met != 0 {
                 let mut rest = met & (met - 1);
                 while rest != 0 {

@@ -37,6 +37,7 @@ pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
                 counts.node_visits += 1;
             }
             let (entry, met) = slabs.enter(node, closest.t_max());
+            let met = met.bitmask();
             if met != 0 {
                 child = descend(node, entry, met, stack);
                 continue;

@@ -3,7 +3,7 @@
 //! Steps through nodes have no branch that depends on the data: such a branch is mispredicted every other time, and
 //! costs more than sorting four children of which one is met.
 
-use glam::{Vec3, Vec4};
+use glam::{BVec4A, Vec3, Vec4};
 
 use super::leaf::{count_block, test_spheres, test_triangles};
 use super::slab::SlabRay;
@@ -15,6 +15,7 @@ use crate::bvh::columns::TraversalCounts;
 use crate::bvh::node4::Node4;
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::triangle::ShearedRay;
+use crate::simd;
 
 /// A ray and where it is.
 ///
@@ -77,11 +78,12 @@ impl Flight {
         let (entry, met) = self.slabs.enter(node, self.closest.t_max());
         if ANY {
             // The largest box, which is first, on top.
+            let met = met.bitmask();
             for lane in (0..4).rev() {
                 self.stack.push_if(node.children[lane], met >> lane & 1 == 1);
             }
         } else {
-            self.stack.push(far_to_near(entries(node, entry, met)), met.count_ones());
+            self.stack.push(far_to_near(entries(node, entry, met)), met.bitmask().count_ones());
         }
         self.child = self.stack.pop().child();
     }
@@ -123,12 +125,10 @@ impl Flight {
 
 /// The children that the ray meets, and [`Entry::NONE`] for the others.
 #[inline(always)]
-fn entries(node: &Node4, entry: Vec4, met: u32) -> [Entry; 4] {
-    let distances = entry.to_array();
-    std::array::from_fn(|lane| {
-        let entry = Entry::new(distances[lane], node.children[lane]);
-        if met >> lane & 1 == 1 { entry } else { Entry::NONE }
-    })
+fn entries(node: &Node4, entry: Vec4, met: BVec4A) -> [Entry; 4] {
+    let children = Vec4::from_array(node.children.map(|child| f32::from_bits(child.bits())));
+    let only_met = |v: Vec4| Vec4::select(met, v, Vec4::ZERO);
+    simd::interleave(only_met(children), only_met(entry)).map(Entry::from_bits)
 }
 
 /// Sorts, farthest first: then those that the ray does not meet are last.

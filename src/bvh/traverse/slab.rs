@@ -11,7 +11,7 @@
 //!   they hold, so that such a ray lies strictly between the planes.
 //! - Errors in proportion to the size of a primitive are in its box: [`crate::bvh::Aabb::padded`].
 
-use glam::{Vec3, Vec4};
+use glam::{BVec4A, Vec3, Vec4};
 
 use crate::bvh::node4::Node4;
 use crate::bvh::ray::Ray;
@@ -38,18 +38,17 @@ impl SlabRay {
         SlabRay { origin: ray.origin.to_array().map(Vec4::splat), scale: scale.to_array().map(Vec4::splat) }
     }
 
-    /// Entry distances into the four children, at least 0, and a bit for each child that the ray meets before
-    /// `t_max`.
+    /// Entry distances into the four children, at least 0, and which children the ray meets before `t_max`.
     ///
     /// Tried: choosing near and far planes by the signs of the direction, and fused offsets. The addresses and the
     /// twelve vectors of the ray then live on the stack: 69 instructions a node instead of 48.
     #[inline(always)]
-    pub fn enter(&self, node: &Node4, t_max: f32) -> (Vec4, u32) {
+    pub fn enter(&self, node: &Node4, t_max: f32) -> (Vec4, BVec4A) {
         let low = |k: usize| (node.planes[0][k] - self.origin[k]) * self.scale[k];
         let high = |k: usize| (node.planes[1][k] - self.origin[k]) * self.scale[k];
         let (x, y, z) = ((low(0), high(0)), (low(1), high(1)), (low(2), high(2)));
         let entry = x.0.min(x.1).max(y.0.min(y.1)).max(z.0.min(z.1).max(Vec4::ZERO)) * (1.0 - SLACK);
         let exit = x.0.max(x.1).min(y.0.max(y.1)).min(z.0.max(z.1).min(Vec4::splat(t_max)));
-        (entry, entry.cmple(exit).bitmask())
+        (entry, entry.cmple(exit))
     }
 }

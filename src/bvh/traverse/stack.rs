@@ -33,6 +33,12 @@ impl Entry {
         Entry(u64::from(distance.to_bits()) << 32 | u64::from(child.bits()))
     }
 
+    /// From the bits of the distance above those of the child.
+    #[inline(always)]
+    pub fn from_bits(bits: u64) -> Entry {
+        Entry(bits)
+    }
+
     /// Where the ray enters.
     #[inline(always)]
     pub fn distance(self) -> f32 {
