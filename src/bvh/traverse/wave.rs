@@ -6,8 +6,9 @@
 //! two queues, so that each loop does one kind of work and no branch asks which.
 //!
 //! Against one ray at a time, with the same tests (one thread, trees of 6 and 58 MB): diffuse rays 1.05 and 1.3 times
-//! as fast, those of the second bounce 1.15 and 1.65, occlusion 1.1 and 1.45; camera rays 0.9. It runs 1.85 times the
-//! instructions (2643 a diffuse ray, before distances and children were joined by shuffles), so what shortens [`Flight::visit_node`] shows.
+//! as fast, those of the second bounce 1.15 and 1.65, occlusion 1.1 and 1.45; camera rays 0.9. It ran 1.85 times the
+//! instructions then (2643 a diffuse ray); joining distances and children by two shuffles has since taken 5 % off. What
+//! shortens [`Flight::visit_node`] shows.
 //!
 //! Tried: eight rays in flight without queues, each a step in turn, whatever the step. As fast for diffuse rays, 2–6 %
 //! slower for the second bounce.
