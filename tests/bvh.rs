@@ -1,35 +1,15 @@
 //! The tree agrees with the oracle, and with itself for every tier and number of threads.
 
+mod common;
+
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
+use common::rays::{Random, kernels};
 use glam::Vec3;
 use proptest::prelude::*;
-
-/// PCG-XSH-RR: the tests' own random numbers.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (((self.0 >> 18) ^ self.0) >> 27).rotate_right((self.0 >> 59) as u32) as u32
-    }
-
-    /// In [−1, 1).
-    fn signed(&mut self) -> f32 {
-        self.next() as i32 as f32 / (1u32 << 31) as f32
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-
-    fn below(&mut self, n: u32) -> u32 {
-        self.next() % n
-    }
-}
 
 /// Rays in columns, and the hits of each.
 struct Batch {
@@ -79,12 +59,6 @@ impl Batch {
     }
 }
 
-/// Every way through the tree on every tier.
-fn kernels() -> Vec<(Traversal, Tier)> {
-    let ways = [Traversal::Single, Traversal::InFlight];
-    ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
-}
-
 /// Shapes of three geometries, so that geometry numbers are tested too.
 fn shapes(triangles: Vec<[Vec3; 3]>, spheres: Vec<Sphere>) -> Shapes {
     let prims = (triangles.len() + spheres.len()) as u32;
@@ -121,7 +95,7 @@ fn soup(random: &mut Random, triangles: usize, spheres: usize) -> Shapes {
             5 => [center, center, center + random.vector()],
             // In a plane shared by many, on a grid, so that edges and corners coincide.
             6 => {
-                let axis = random.below(3) as usize;
+                let axis = random.below(3);
                 [(); 3].map(|()| {
                     let mut corner = (random.vector() * 4.0).round() / 4.0;
                     corner[axis] = 0.25;
@@ -129,9 +103,9 @@ fn soup(random: &mut Random, triangles: usize, spheres: usize) -> Shapes {
                 })
             }
             // A copy of an earlier one.
-            _ => match corners.len() as u32 {
+            _ => match corners.len() {
                 0 => continue,
-                n => corners[random.below(n) as usize],
+                n => corners[random.below(n)],
             },
         });
     }
@@ -145,17 +119,17 @@ fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
         let mut origin = 1.5 * random.vector();
         let mut direction = random.vector();
         match random.below(8) {
-            0 => direction[random.below(3) as usize] = 0.0,
+            0 => direction[random.below(3)] = 0.0,
             // Along an axis, in the shared plane.
             1 => {
                 direction = Vec3::ZERO;
-                let axis = random.below(3) as usize;
+                let axis = random.below(3);
                 direction[axis] = if random.below(2) == 0 { -1.0 } else { 1.0 };
                 origin = (origin * 4.0).round() / 4.0;
             }
             // Exactly at a vertex.
             2 if !shapes.positions.is_empty() => {
-                direction = shapes.positions[random.below(shapes.positions.len() as u32) as usize] - origin;
+                direction = shapes.positions[random.below(shapes.positions.len())] - origin;
             }
             3 => direction *= 1e-6,
             4 => direction *= 1e6,
@@ -321,7 +295,7 @@ fn extreme_rays_end() {
     let shapes = soup(&mut random, 500, 50);
     let (accel, _) = both(&shapes);
     let extremes = [0.0, -0.0, 1e-45, 1e-38, 1e-18, 1.0, 1e18, f32::MAX, -f32::MAX];
-    let mut pick = || extremes[random.below(extremes.len() as u32) as usize];
+    let mut pick = || extremes[random.below(extremes.len())];
     let mut vector = || Vec3::new(pick(), pick(), pick());
     let rays: Vec<Ray> =
         (0..5000).map(|_| Ray { origin: vector(), direction: vector(), t_max: f32::INFINITY }).collect();

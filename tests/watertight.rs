@@ -1,34 +1,13 @@
 //! No ray leaves a closed mesh unseen: not through edges, not through vertices, not along the faces of boxes, at no
 //! scale and no offset.
 
-use comber::bvh::{Accel, HitColumnsMut, RayColumns, Traversal};
+mod common;
+
+use comber::bvh::{Accel, HitColumnsMut, RayColumns};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
-use comber::simd::Tier;
+use common::rays::{Random, kernels};
 use glam::Vec3;
-
-/// PCG-XSH-RR: the tests' own random numbers.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (((self.0 >> 18) ^ self.0) >> 27).rotate_right((self.0 >> 59) as u32) as u32
-    }
-
-    /// In [−1, 1].
-    fn signed(&mut self) -> f32 {
-        self.next() as i32 as f32 / (1u32 << 31) as f32
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        self.next() as usize % n
-    }
-}
 
 /// A closed mesh, and how to find points inside it.
 struct Solid {
@@ -202,9 +181,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
     let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_max: None };
-    let tiers = Tier::available().into_iter();
-    let ways = tiers.flat_map(|tier| [Traversal::Single, Traversal::InFlight].map(|way| (way, tier)));
-    for (way, tier) in ways {
+    for (way, tier) in kernels() {
         let (mut t, mut u, mut v) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let (mut prim, mut geom) = (vec![0; count], vec![0; count]);
         accel.closest_hits(

@@ -71,11 +71,6 @@ impl Camera {
         })
     }
 
-    /// The same camera with its angles replaced (tan of half of each; 0 = not prescribed).
-    pub fn with_angles(self, tan_half_x: f32, tan_half_y: f32) -> Camera {
-        Camera { tan_half_x, tan_half_y, ..self }
-    }
-
     /// tan of half the angles that a frame of `width` × `height` pixels shows.
     pub fn shown(&self, width: u32, height: u32) -> (f32, f32) {
         let aspect = width as f32 / height as f32;

@@ -70,11 +70,6 @@ impl Features {
         let reasons: Vec<_> = Features::ALL.iter().filter(|f| self.has(f.set)).map(|f| f.why).collect();
         if reasons.is_empty() { "every render needs it".into() } else { reasons.join("; ") }
     }
-
-    /// Every set of features there could be: for tests of the plan.
-    pub fn every_set() -> impl Iterator<Item = Features> {
-        (0..1u32 << Features::ALL.len()).map(Features)
-    }
 }
 
 impl BitOr for Features {

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test file uses its own part.
 
 pub mod make;
+pub mod rays;
 pub mod statistics;
 
 use comber::bvh::Accel;
