@@ -132,7 +132,7 @@ fn bounces(shapes: &Shapes, camera: &Rays, hits: &Hits) -> Rays {
 
 fn bench(criterion: &mut Criterion) {
     let shapes = bumpy_sphere(390, 390);
-    let accel = Accel::build(&shapes, options::Accel::Bvh).expect("small enough");
+    let accel = Accel::build(&shapes, &options::AccelOptions::default()).expect("small enough");
     let camera = camera();
     let bounce = bounces(&shapes, &camera, &trace(&accel, PLAIN, &camera));
 

@@ -38,7 +38,7 @@
 //! )?;
 //! let scene = scene::Scene::build(staged.description, Default::default())?;
 //! let options = RenderOptions { width: 32, height: 24, samples: 4, ..RenderOptions::default() };
-//! let accel = Accel::build(&scene.shapes, options.accel)?;
+//! let accel = Accel::build(&scene.shapes, &options.accel)?;
 //! let plan = Plan::new(&scene, &accel, &options)?;
 //! let outcome = drive::render(&scene, &accel, &staged.camera, &plan, &drive::Unobserved)?;
 //! assert_eq!(outcome.picture.beauty.len(), 32 * 24);

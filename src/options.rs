@@ -110,6 +110,20 @@ pub enum Accel {
     Brute,
 }
 
+/// The acceleration structure: which, and how it is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct AccelOptions {
+    /// Which structure.
+    pub kind: Accel,
+}
+
+impl AccelOptions {
+    /// A structure of this kind, all else as by default.
+    pub fn of(kind: Accel) -> AccelOptions {
+        AccelOptions { kind }
+    }
+}
+
 /// Normals used for shading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -172,8 +186,8 @@ pub struct RenderOptions {
     pub adaptive: Option<Adaptive>,
     /// Seed of all random numbers.
     pub seed: u32,
-    /// Which structure answers ray queries.
-    pub accel: Accel,
+    /// What answers ray queries.
+    pub accel: AccelOptions,
     /// Accumulate albedo, normal and depth of the first hit too.
     pub aovs: bool,
     /// Rows a wave; `None`: the plan chooses. Changes speed only.
@@ -198,7 +212,7 @@ impl Default for RenderOptions {
             roulette: Roulette::default(),
             adaptive: None,
             seed: 0,
-            accel: Accel::Bvh,
+            accel: AccelOptions::default(),
             aovs: false,
             wave: None,
             threads: None,

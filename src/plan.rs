@@ -280,7 +280,7 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
     match stage.name {
         "generate" => ("pinhole camera, jittered".into(), "every path starts at the camera".into()),
         "traverse" => {
-            let structure = match options.accel {
+            let structure = match options.accel.kind {
                 crate::options::Accel::Bvh => "4-wide BVH",
                 crate::options::Accel::Brute => "every primitive",
             };

@@ -142,7 +142,7 @@ fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
 }
 
 fn both(shapes: &Shapes) -> (Accel, Accel) {
-    let build = |kind| Accel::build(shapes, kind).unwrap();
+    let build = |kind| Accel::build(shapes, &options::AccelOptions::of(kind)).unwrap();
     (build(options::Accel::Bvh), build(options::Accel::Brute))
 }
 
@@ -309,7 +309,7 @@ fn extreme_rays_end() {
 fn a_million_coincident_triangles() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let shapes = shapes(vec![triangle; 1_000_000], vec![]);
-    let accel = Accel::build(&shapes, options::Accel::Bvh).unwrap();
+    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
     assert!(accel.stats().depth < 30, "depth {}", accel.stats().depth);
     let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
     // Of equal hits, the smallest primitive.
@@ -320,7 +320,7 @@ fn a_million_coincident_triangles() {
 fn sizes_in_geometric_progression_do_not_make_deep_trees() {
     let triangle = |i: i32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| (corner + Vec3::X) * 0.9f32.powi(i));
     let shapes = shapes((0..900).map(triangle).collect(), vec![]);
-    let accel = Accel::build(&shapes, options::Accel::Bvh).unwrap();
+    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
     assert!(accel.stats().depth <= 80, "depth {}", accel.stats().depth);
     let rays = rays(&mut Random(6), &shapes, 2000);
     assert_agree(&shapes, &rays);

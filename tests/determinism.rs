@@ -100,7 +100,8 @@ fn the_tree_and_the_test_of_every_primitive_give_the_same_picture() {
             let brute = Ready::course(&own(name), normals).with_accel(options::Accel::Brute);
             for direct in [Direct::Mis, Direct::Hemisphere] {
                 let options = RenderOptions { direct, samples: 2, threads: None, simd: Simd::Auto, ..small() };
-                let by_brute = RenderOptions { accel: options::Accel::Brute, ..options.clone() };
+                let by_brute =
+                    RenderOptions { accel: options::AccelOptions::of(options::Accel::Brute), ..options.clone() };
                 let (a, b) = (tree.render(&options), brute.render(&by_brute));
                 assert_same(&a.picture, &b.picture, &format!("{name} {normals:?} {direct:?}"));
                 assert_eq!(a.stats.rays, b.stats.rays);

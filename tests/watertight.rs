@@ -156,7 +156,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         }],
         ..Shapes::default()
     };
-    let accel = Accel::build(&shapes, options::Accel::Bvh).unwrap();
+    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
     let mut random = Random(u64::from(scale.to_bits()) << 32 | u64::from(offset.to_bits()));
     let mut columns: [Vec<f32>; 6] = Default::default();
     let mut kinds = Vec::new();

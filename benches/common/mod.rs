@@ -34,7 +34,8 @@ pub fn load(name: &'static str) -> Option<Ready> {
         _ => course(&project().join("scenes").join(name).with_extension("dae")),
     };
     let scene = Scene::build(description, SceneOptions::default()).expect("a scene of the project is sound");
-    let accel = Accel::build(&scene.shapes, options::Accel::Bvh).expect("a scene of the project can be indexed");
+    let accel =
+        Accel::build(&scene.shapes, &options::AccelOptions::default()).expect("a scene of the project can be indexed");
     Some(Ready { name, scene, accel, camera })
 }
 

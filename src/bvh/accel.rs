@@ -10,7 +10,7 @@ use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
 use super::traverse::{Stack, Traversal};
 use crate::error::Result;
-use crate::options;
+use crate::options::{self, AccelOptions};
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 
@@ -27,9 +27,9 @@ pub enum Accel {
 }
 
 impl Accel {
-    /// Builds the structure of the given kind. It keeps no reference to `shapes`.
-    pub fn build(shapes: &Shapes, kind: options::Accel) -> Result<Accel> {
-        match kind {
+    /// Builds the structure asked for. It keeps no reference to `shapes`.
+    pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Accel> {
+        match options.kind {
             options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes)?)),
             options::Accel::Brute => {
                 let start = Instant::now();

@@ -60,7 +60,7 @@ pub fn load(request: &SceneRequest, view: &ViewRequest, options: &RenderOptions,
     let (scene, prepare) = phase("preparing", show, || Scene::build(description, request.options))?;
     print_notes(&scene.notes, report);
     check_memory("building its tree", scene.shapes.prim_count(), BUILD_BYTES)?;
-    let (accel, build) = phase("building", show, || Accel::build(&scene.shapes, options.accel))?;
+    let (accel, build) = phase("building", show, || Accel::build(&scene.shapes, &options.accel))?;
     Ok(Loaded { name, stage, scene, accel, camera, seconds: LoadSeconds { read, prepare, build } })
 }
 

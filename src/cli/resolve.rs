@@ -6,7 +6,7 @@ use super::values;
 use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
-use crate::options::{Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
+use crate::options::{AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
 use crate::scene::settings::settings_file;
@@ -148,7 +148,7 @@ impl RenderRequest {
             roulette: args.transport.roulette,
             adaptive: adaptive(&args.sampling, &mut notes)?,
             seed: args.sampling.seed,
-            accel: args.speed.accel,
+            accel: AccelOptions::of(args.speed.accel),
             aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
             wave: args.speed.wave,
             threads: args.speed.threads,

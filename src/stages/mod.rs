@@ -82,7 +82,7 @@ pub(crate) mod tests {
             let cubes = procedural::generate("proc:cubes,tris=12").expect("cubes");
             let staged = place(cubes, Setting::Cornell, UpAxis::Y).expect("stage");
             let scene = Scene::build(staged.description, SceneOptions::default()).expect("scene");
-            let accel = Accel::build(&scene.shapes, options::Accel::Bvh).expect("tree");
+            let accel = Accel::build(&scene.shapes, &options::AccelOptions::default()).expect("tree");
             Fixture { scene, accel, camera: staged.camera }
         }
 

@@ -30,7 +30,7 @@ impl Ready {
     pub fn new(description: SceneDescription, camera: Camera, normals: Normals) -> Ready {
         let name = description.name.clone();
         let scene = Scene::build(description, SceneOptions { normals, substitute_materials: false }).expect("scene");
-        let accel = Accel::build(&scene.shapes, options::Accel::Bvh).expect("accel");
+        let accel = Accel::build(&scene.shapes, &options::AccelOptions::default()).expect("accel");
         Ready { name, scene, accel, camera }
     }
 
@@ -49,7 +49,7 @@ impl Ready {
 
     /// The same scene with another structure to answer its rays.
     pub fn with_accel(mut self, kind: options::Accel) -> Ready {
-        self.accel = Accel::build(&self.scene.shapes, kind).expect("accel");
+        self.accel = Accel::build(&self.scene.shapes, &options::AccelOptions::of(kind)).expect("accel");
         self
     }
 
