@@ -61,5 +61,6 @@ pub mod sampling;
 pub mod scene;
 pub mod simd;
 pub mod stages;
+pub mod system;
 pub mod transport;
 pub mod wave;

@@ -8,14 +8,15 @@ use super::node4::Node4;
 use super::sphere4::Sphere4;
 use super::stats::BvhStats;
 use super::tri4::Tri4;
+use crate::system::Buffer;
 
 /// A four-wide BVH over triangles and spheres. It owns all it needs.
 #[derive(Clone, Debug)]
 pub struct Bvh4 {
     /// The root first, then depth-first; none if there are no primitives.
-    pub(super) nodes: Vec<Node4>,
-    pub(super) triangles: Vec<Tri4>,
-    pub(super) spheres: Vec<Sphere4>,
+    pub(super) nodes: Buffer<Node4>,
+    pub(super) triangles: Buffer<Tri4>,
+    pub(super) spheres: Buffer<Sphere4>,
     pub(super) bounds: Aabb,
     pub(super) stats: BvhStats,
 }
@@ -23,9 +24,9 @@ pub struct Bvh4 {
 impl Default for Bvh4 {
     fn default() -> Self {
         Bvh4 {
-            nodes: Vec::new(),
-            triangles: Vec::new(),
-            spheres: Vec::new(),
+            nodes: Buffer::default(),
+            triangles: Buffer::default(),
+            spheres: Buffer::default(),
             bounds: Aabb::EMPTY,
             stats: BvhStats::default(),
         }
@@ -66,15 +67,15 @@ impl Bvh4 {
     /// A hash of the whole tree, bit by bit: what tests compare.
     pub fn fingerprint(&self) -> u64 {
         let mut state = std::hash::DefaultHasher::new();
-        for node in &self.nodes {
+        for node in self.nodes.iter() {
             node.planes.map(|side| side.map(|plane| plane.to_array().map(f32::to_bits))).hash(&mut state);
             node.children.hash(&mut state);
         }
-        for block in &self.triangles {
+        for block in self.triangles.iter() {
             block.corners.map(|row| row.map(|corner| corner.to_array().map(f32::to_bits))).hash(&mut state);
             (block.prim, block.geom).hash(&mut state);
         }
-        for block in &self.spheres {
+        for block in self.spheres.iter() {
             (block.center.map(|row| row.map(f32::to_bits)), block.radius.map(f32::to_bits)).hash(&mut state);
             (block.prim, block.geom).hash(&mut state);
         }

@@ -1,5 +1,7 @@
 //! References from a node to its children.
 
+use bytemuck::{Pod, Zeroable};
+
 /// What a child slot of a node points at, in 32 bits.
 ///
 /// | bits | inner node | leaf |
@@ -8,7 +10,7 @@
 /// | 30 | – | 0 triangles, 1 spheres |
 /// | 27–29 | – | blocks, minus one |
 /// | rest | node index | index of the first block |
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Child(u32);
 

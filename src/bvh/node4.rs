@@ -1,12 +1,13 @@
 //! The inner node of the four-wide tree.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::aabb::Aabb;
 use super::child::Child;
 
 /// Four children and their boxes: two cache lines.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node4 {
     /// `planes[0]` the low, `planes[1]` the high planes of the boxes; then the axis; then the child.

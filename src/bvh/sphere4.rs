@@ -1,12 +1,13 @@
 //! The leaf block of spheres.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::ray::MISS;
 use crate::scene::shapes::Sphere;
 
 /// Four spheres, as structure of arrays.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct Sphere4 {
     /// Centres: the axis, then the sphere. Unused lanes are NaN, which no test lets through.

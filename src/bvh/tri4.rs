@@ -1,5 +1,6 @@
 //! The leaf block of triangles.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::ray::MISS;
@@ -8,7 +9,7 @@ use super::ray::MISS;
 ///
 /// Corners rather than edges: the watertight test needs both triangles at a shared edge to compute with the very
 /// same numbers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Tri4 {
     /// First the axis, then the corner, then the triangle. Unused lanes are NaN, which no test lets through.
@@ -17,13 +18,15 @@ pub struct Tri4 {
     pub prim: [u32; 4],
     /// Geometries; [`MISS`] in unused lanes.
     pub geom: [u32; 4],
+    /// Fills the last cache line.
+    unused: [u32; 4],
 }
 
 const _: () = assert!(size_of::<Tri4>() == 192);
 
 impl Tri4 {
     /// No triangle.
-    pub const EMPTY: Tri4 = Tri4 { corners: [[Vec4::NAN; 3]; 3], prim: [MISS; 4], geom: [MISS; 4] };
+    pub const EMPTY: Tri4 = Tri4 { corners: [[Vec4::NAN; 3]; 3], prim: [MISS; 4], geom: [MISS; 4], unused: [0; 4] };
 
     /// Fills one lane.
     #[inline]

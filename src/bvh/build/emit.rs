@@ -10,6 +10,7 @@ use crate::bvh::node4::Node4;
 use crate::bvh::sphere4::Sphere4;
 use crate::bvh::tri4::Tri4;
 use crate::scene::shapes::Shapes;
+use crate::system::Buffer;
 
 /// Up to four consecutive entries of the leaf order, for one leaf block.
 #[derive(Clone, Copy, Debug)]
@@ -78,32 +79,26 @@ impl Skeleton {
 }
 
 /// Fills the triangle blocks. `order`: the primitives in the order of the leaves.
-pub fn triangle_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Vec<Tri4> {
-    blocks
-        .par_iter()
-        .map(|block| {
-            let mut tri4 = Tri4::EMPTY;
-            for (lane, &prim) in block.prims(order).iter().enumerate() {
-                tri4.set(lane, shapes.corners(prim), prim, shapes.geometry_of(prim));
-            }
-            tri4
-        })
-        .collect()
+pub fn triangle_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Buffer<Tri4> {
+    Buffer::from_par_iter(blocks.par_iter().map(|block| {
+        let mut tri4 = Tri4::EMPTY;
+        for (lane, &prim) in block.prims(order).iter().enumerate() {
+            tri4.set(lane, shapes.corners(prim), prim, shapes.geometry_of(prim));
+        }
+        tri4
+    }))
 }
 
 /// Fills the sphere blocks.
-pub fn sphere_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Vec<Sphere4> {
+pub fn sphere_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Buffer<Sphere4> {
     let first_sphere = shapes.triangles.len();
-    blocks
-        .iter()
-        .map(|block| {
-            let mut sphere4 = Sphere4::EMPTY;
-            for (lane, &prim) in block.prims(order).iter().enumerate() {
-                sphere4.set(lane, &shapes.spheres[prim as usize - first_sphere], prim, shapes.geometry_of(prim));
-            }
-            sphere4
-        })
-        .collect()
+    Buffer::from_par_iter(blocks.par_iter().map(|block| {
+        let mut sphere4 = Sphere4::EMPTY;
+        for (lane, &prim) in block.prims(order).iter().enumerate() {
+            sphere4.set(lane, &shapes.spheres[prim as usize - first_sphere], prim, shapes.geometry_of(prim));
+        }
+        sphere4
+    }))
 }
 
 impl Block {

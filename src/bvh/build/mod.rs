@@ -18,6 +18,7 @@ use super::node4::Node4;
 use super::stats::BvhStats;
 use crate::error::{Error, Result};
 use crate::scene::shapes::Shapes;
+use crate::system::Buffer;
 use bvh2::Builder;
 use collapse::{BLOCK_COST, Collapse, NODE_COST};
 use emit::Skeleton;
@@ -43,14 +44,13 @@ impl Bvh4 {
             let plan = Collapse::plan(&binary, &fragments, triangles, scale);
             let order: Vec<u32> = fragments.par_iter().map(|fragment| fragment.prim).collect();
             drop(fragments);
-            let mut skeleton = Skeleton::new(&binary, &plan);
+            let skeleton = Skeleton::new(&binary, &plan);
             drop((binary, plan));
-            skeleton.nodes.shrink_to_fit();
             bvh.triangles = emit::triangle_blocks(&skeleton.triangles, &order, shapes);
             bvh.spheres = emit::sphere_blocks(&skeleton.spheres, &order, shapes);
             bvh.stats.depth = skeleton.depth;
             bvh.stats.sah_cost = sah_cost(&skeleton.nodes, scale);
-            bvh.nodes = skeleton.nodes;
+            bvh.nodes = Buffer::from_slice(&skeleton.nodes);
         }
         bvh.stats = BvhStats {
             primitives: prims,
