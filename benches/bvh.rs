@@ -56,7 +56,7 @@ impl Rays {
 
     fn wave(&self, rows: std::ops::Range<usize>) -> RayColumns<'_> {
         let [ox, oy, oz, dx, dy, dz] = self.0.each_ref().map(|column| &column[rows.clone()]);
-        RayColumns { ox, oy, oz, dx, dy, dz, t_max: None }
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None }
     }
 }
 
@@ -138,7 +138,7 @@ fn bench(criterion: &mut Criterion) {
 
     let mut group = criterion.benchmark_group("bvh/build");
     group.sample_size(10).throughput(Throughput::Elements(shapes.triangles.len() as u64));
-    group.bench_function("bumpy", |b| b.iter(|| Bvh4::build(black_box(&shapes))));
+    group.bench_function("bumpy", |b| b.iter(|| Bvh4::build(black_box(&shapes), &options::AccelOptions::default())));
     group.finish();
 
     for (name, rays) in [("camera", &camera), ("bounce", &bounce)] {

@@ -314,5 +314,10 @@ fn closest(ready: &Ready, tier: Tier, rays: [&[f32]; RAY], hits: &mut Hits, star
         prim: &mut prim[rows.clone()],
         geom: &mut geom[rows],
     };
-    ready.accel.closest_hits(ready.accel.suited(false), tier, RayColumns { ox, oy, oz, dx, dy, dz, t_max: None }, hits);
+    ready.accel.closest_hits(
+        ready.accel.suited(false),
+        tier,
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None },
+        hits,
+    );
 }

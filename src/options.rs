@@ -110,17 +110,45 @@ pub enum Accel {
     Brute,
 }
 
+/// How rays are tested against triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Intersection {
+    /// No ray slips between triangles that share an edge or a corner (Woop et al. 2013).
+    #[default]
+    Watertight,
+    /// Fewer operations (Möller and Trumbore 1997).
+    Fast,
+}
+
+/// How the inner nodes of the tree are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NodeFormat {
+    /// Compact where that makes boxes hardly larger, full elsewhere.
+    #[default]
+    Auto,
+    /// 128 bytes: planes in single precision.
+    Full,
+    /// 64 bytes: planes as 16-bit numbers on a grid around the scene.
+    Compact,
+}
+
 /// The acceleration structure: which, and how it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct AccelOptions {
     /// Which structure.
     pub kind: Accel,
+    /// The triangle test.
+    pub intersection: Intersection,
+    /// The format of the nodes.
+    pub nodes: NodeFormat,
 }
 
 impl AccelOptions {
     /// A structure of this kind, all else as by default.
     pub fn of(kind: Accel) -> AccelOptions {
-        AccelOptions { kind }
+        AccelOptions { kind, ..AccelOptions::default() }
     }
 }
 
@@ -146,6 +174,8 @@ pub enum Simd {
     Baseline,
     /// AVX2 and FMA.
     Avx2,
+    /// AVX-512 in the kernels that trace rays, AVX2 in the others.
+    Avx512,
 }
 
 /// A rectangle of pixels, from the top left of the frame.

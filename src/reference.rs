@@ -261,7 +261,7 @@ impl Tracer<'_> {
 }
 
 fn ray(origin: V3<f32>, direction: V3<f32>, t_max: f32) -> Ray {
-    Ray { origin: origin.into(), direction: direction.into(), t_max }
+    Ray { origin: origin.into(), direction: direction.into(), t_min: 0.0, t_max }
 }
 
 fn is_zero(v: V3<f32>) -> bool {

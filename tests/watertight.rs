@@ -180,7 +180,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         kinds.push(kind);
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
-    let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_max: None };
+    let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None };
     for (way, tier) in kernels() {
         let (mut t, mut u, mut v) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let (mut prim, mut geom) = (vec![0; count], vec![0; count]);

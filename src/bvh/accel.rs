@@ -30,10 +30,10 @@ impl Accel {
     /// Builds the structure asked for. It keeps no reference to `shapes`.
     pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Accel> {
         match options.kind {
-            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes)?)),
+            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes, options)?)),
             options::Accel::Brute => {
                 let start = Instant::now();
-                let brute = Brute::build(shapes);
+                let brute = Brute::build(shapes, options.intersection);
                 Ok(Accel::Brute(brute, start.elapsed().as_secs_f64()))
             }
         }
@@ -55,10 +55,7 @@ impl Accel {
         rays: RayColumns<'_>,
         hits: HitColumnsMut<'_>,
     ) -> TraversalCounts {
-        match self {
-            Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits),
-            Accel::Brute(..) => self.closest_hits_counted(way, tier, rays, hits),
-        }
+        self.trace_closest(way, tier, rays, hits, false)
     }
 
     /// The closest hit of each ray, counting what was visited.
@@ -69,8 +66,19 @@ impl Accel {
         rays: RayColumns<'_>,
         hits: HitColumnsMut<'_>,
     ) -> TraversalCounts {
+        self.trace_closest(way, tier, rays, hits, true)
+    }
+
+    fn trace_closest(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        hits: HitColumnsMut<'_>,
+        count: bool,
+    ) -> TraversalCounts {
         match self {
-            Accel::Bvh(bvh) => bvh.closest_hits_counted(way, tier, rays, hits),
+            Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits, count),
             Accel::Brute(brute, _) => {
                 let mut hits = hits.trimmed(rays.len());
                 let mut counts = TraversalCounts::default();
@@ -84,10 +92,7 @@ impl Accel {
 
     /// Whether each ray hits anything. Counts rays only.
     pub fn any_hits(&self, way: Traversal, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
-        match self {
-            Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded),
-            Accel::Brute(..) => self.any_hits_counted(way, tier, rays, occluded),
-        }
+        self.trace_any(way, tier, rays, occluded, false)
     }
 
     /// Whether each ray hits anything, counting what was visited.
@@ -98,8 +103,19 @@ impl Accel {
         rays: RayColumns<'_>,
         occluded: &mut [bool],
     ) -> TraversalCounts {
+        self.trace_any(way, tier, rays, occluded, true)
+    }
+
+    fn trace_any(
+        &self,
+        way: Traversal,
+        tier: Tier,
+        rays: RayColumns<'_>,
+        occluded: &mut [bool],
+        count: bool,
+    ) -> TraversalCounts {
         match self {
-            Accel::Bvh(bvh) => bvh.any_hits_counted(way, tier, rays, occluded),
+            Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded, count),
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts::default();
                 for (row, occluded) in occluded[..rays.len()].iter_mut().enumerate() {
@@ -111,15 +127,10 @@ impl Accel {
     }
 
     /// How many nodes the closest-hit traversal of each ray visits; for the oracle, how many primitives it tests.
-    pub fn cost_columns(&self, tier: Tier, rays: RayColumns<'_>, visits: &mut [u32]) {
-        match self {
-            Accel::Bvh(bvh) => bvh.cost_columns(tier, rays, visits),
-            Accel::Brute(..) => {
-                let mut single = self.single();
-                for (row, visits) in visits[..rays.len()].iter_mut().enumerate() {
-                    *visits = single.cost(&rays.ray(row)) as u32;
-                }
-            }
+    pub fn cost_columns(&self, rays: RayColumns<'_>, visits: &mut [u32]) {
+        let mut single = self.single();
+        for (row, visits) in visits[..rays.len()].iter_mut().enumerate() {
+            *visits = single.cost(&rays.ray(row)) as u32;
         }
     }
 

@@ -6,8 +6,9 @@ use super::aabb::Aabb;
 use super::closest::Closest;
 use super::columns::TraversalCounts;
 use super::ray::{Hit, Ray};
-use super::triangle::ShearedRay;
-use super::{sphere, triangle};
+use super::watertight::ShearedRay;
+use super::{moller_trumbore, sphere, watertight};
+use crate::options::Intersection;
 use crate::scene::shapes::{Shapes, Sphere};
 
 /// All primitives, in order.
@@ -18,11 +19,12 @@ pub struct Brute {
     /// The geometry of each primitive.
     geometries: Vec<u32>,
     bounds: Aabb,
+    intersection: Intersection,
 }
 
 impl Brute {
     /// Copies the primitives.
-    pub fn build(shapes: &Shapes) -> Brute {
+    pub fn build(shapes: &Shapes, intersection: Intersection) -> Brute {
         let triangles: Vec<_> = (0..shapes.triangles.len() as u32).map(|prim| shapes.corners(prim)).collect();
         let bounds = triangles.iter().map(|&corners| Aabb::around(corners));
         let bounds = bounds.chain(shapes.spheres.iter().map(Aabb::of_sphere)).fold(Aabb::EMPTY, Aabb::union);
@@ -31,6 +33,7 @@ impl Brute {
             spheres: shapes.spheres.clone(),
             geometries: (0..shapes.prim_count() as u32).map(|prim| shapes.geometry_of(prim)).collect(),
             bounds,
+            intersection,
         }
     }
 
@@ -56,10 +59,14 @@ impl Brute {
             return Hit::NONE;
         }
         counts.primitive_tests += self.geometries.len() as u64;
-        let mut closest = Closest::new(ray.t_max);
+        let mut closest = Closest::new(ray);
         let sheared = ShearedRay::new(ray);
         for (prim, &corners) in self.triangles.iter().enumerate() {
-            if let Some(crossing) = triangle::scalar(&sheared, corners) {
+            let crossing = match self.intersection {
+                Intersection::Watertight => watertight::scalar(&sheared, corners),
+                Intersection::Fast => moller_trumbore::scalar(ray.origin, ray.direction, corners),
+            };
+            if let Some(crossing) = crossing {
                 closest.offer(Hit {
                     t: crossing.t,
                     u: crossing.u,

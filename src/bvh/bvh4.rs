@@ -4,30 +4,45 @@ use std::hash::{Hash, Hasher};
 
 use super::aabb::Aabb;
 use super::child::Child;
+use super::grid_node4::{Grid, GridNode4};
+use super::intersect::Intersect;
+use super::node::Node;
 use super::node4::Node4;
 use super::sphere4::Sphere4;
 use super::stats::BvhStats;
+use super::traverse::{Tree, TreeKernel};
 use super::tri4::Tri4;
+use crate::options::Intersection;
 use crate::system::Buffer;
+
+/// The inner nodes, in one of their formats: the root first, then depth-first; none if there are no primitives.
+#[derive(Clone, Debug)]
+pub(super) enum Nodes {
+    /// Planes in single precision.
+    Full(Buffer<Node4>),
+    /// Planes on a grid.
+    Grid(Buffer<GridNode4>, Grid),
+}
 
 /// A four-wide BVH over triangles and spheres. It owns all it needs.
 #[derive(Clone, Debug)]
 pub struct Bvh4 {
-    /// The root first, then depth-first; none if there are no primitives.
-    pub(super) nodes: Buffer<Node4>,
+    pub(super) nodes: Nodes,
     pub(super) triangles: Buffer<Tri4>,
     pub(super) spheres: Buffer<Sphere4>,
     pub(super) bounds: Aabb,
+    pub(super) intersection: Intersection,
     pub(super) stats: BvhStats,
 }
 
 impl Default for Bvh4 {
     fn default() -> Self {
         Bvh4 {
-            nodes: Buffer::default(),
+            nodes: Nodes::Full(Buffer::default()),
             triangles: Buffer::default(),
             spheres: Buffer::default(),
             bounds: Aabb::EMPTY,
+            intersection: Intersection::default(),
             stats: BvhStats::default(),
         }
     }
@@ -46,30 +61,37 @@ impl Bvh4 {
 
     /// Memory of nodes and blocks.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.triangles[..]) + size_of_val(&self.spheres[..])
+        self.nodes.bytes() + size_of_val(&self.triangles[..]) + size_of_val(&self.spheres[..])
     }
 
     /// The boxes of one level: 0 is the whole scene, 1 the root's children, and so on.
     pub fn boxes_at_depth(&self, depth: u32) -> Vec<Aabb> {
-        if self.nodes.is_empty() {
-            return Vec::new();
+        struct Level(u32, Aabb);
+        impl TreeKernel for Level {
+            type Output = Vec<Aabb>;
+
+            fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Vec<Aabb> {
+                let Level(depth, bounds) = self;
+                if tree.nodes.is_empty() {
+                    return Vec::new();
+                }
+                let mut level = vec![(Child::ROOT, bounds)];
+                for _ in 0..depth {
+                    let inner = level.iter().filter(|(child, _)| !child.is_leaf());
+                    level = inner.flat_map(|(child, _)| tree.children(child.node())).collect();
+                }
+                level.into_iter().map(|(_, aabb)| aabb).collect()
+            }
         }
-        let mut level = vec![(Child::ROOT, self.bounds)];
-        for _ in 0..depth {
-            let inner = level.iter().filter(|(child, _)| !child.is_leaf());
-            let nodes = inner.map(|(child, _)| &self.nodes[child.node()]);
-            let children = nodes.flat_map(|node| (0..4).map(|lane| (node.children[lane], node.child_box(lane))));
-            level = children.filter(|(child, _)| *child != Child::EMPTY).collect();
-        }
-        level.into_iter().map(|(_, aabb)| aabb).collect()
+        self.with_tree(Level(depth, self.bounds))
     }
 
     /// A hash of the whole tree, bit by bit: what tests compare.
     pub fn fingerprint(&self) -> u64 {
         let mut state = std::hash::DefaultHasher::new();
-        for node in self.nodes.iter() {
-            node.planes.map(|side| side.map(|plane| plane.to_array().map(f32::to_bits))).hash(&mut state);
-            node.children.hash(&mut state);
+        match &self.nodes {
+            Nodes::Full(nodes) => bytemuck::cast_slice::<_, u8>(nodes).hash(&mut state),
+            Nodes::Grid(nodes, _) => bytemuck::cast_slice::<_, u8>(nodes).hash(&mut state),
         }
         for block in self.triangles.iter() {
             block.corners.map(|row| row.map(|corner| corner.to_array().map(f32::to_bits))).hash(&mut state);
@@ -80,5 +102,23 @@ impl Bvh4 {
             (block.prim, block.geom).hash(&mut state);
         }
         state.finish()
+    }
+}
+
+impl Nodes {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Nodes::Full(nodes) => nodes.len(),
+            Nodes::Grid(nodes, _) => nodes.len(),
+        }
+    }
+
+    /// Memory.
+    fn bytes(&self) -> usize {
+        match self {
+            Nodes::Full(nodes) => size_of_val(&nodes[..]),
+            Nodes::Grid(nodes, _) => size_of_val(&nodes[..]),
+        }
     }
 }

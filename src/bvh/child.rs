@@ -72,6 +72,24 @@ impl Child {
         self.0 as usize
     }
 
+    /// Index of the first block, for leaves.
+    #[inline(always)]
+    pub fn first_block(self) -> usize {
+        (self.0 & INDEX) as usize
+    }
+
+    /// Whether a leaf is a single block.
+    #[inline(always)]
+    pub fn is_one_block(self) -> bool {
+        self.0 >> COUNT_SHIFT & (MAX_LEAF_BLOCKS - 1) == 0
+    }
+
+    /// A leaf of several blocks without the first of them.
+    #[inline(always)]
+    pub fn without_first_block(self) -> Child {
+        Child(self.0.wrapping_add(1).wrapping_sub(1 << COUNT_SHIFT))
+    }
+
     /// The blocks of a leaf.
     #[inline(always)]
     pub fn blocks(self) -> std::ops::Range<usize> {

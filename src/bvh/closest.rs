@@ -1,19 +1,20 @@
 //! The rule that decides which hit of a ray counts: the oracle and every kernel share it.
 
-use super::ray::{Hit, MISS};
+use super::ray::{Hit, MISS, Ray};
 
 /// The closest hit so far.
 #[derive(Clone, Copy, Debug)]
 pub struct Closest {
     hit: Hit,
+    t_min: f32,
 }
 
 impl Closest {
-    /// Nothing hit up to `t_max`. Hits at infinity do not count, so the limit is finite; that lets culling tell
+    /// Nothing hit yet. Hits at infinity do not count, so the limit is finite; that lets culling tell
     /// boxes at infinity, where rays never arrive, from all others.
     #[inline(always)]
-    pub fn new(t_max: f32) -> Closest {
-        Closest { hit: Hit { t: t_max.min(f32::MAX), ..Hit::NONE } }
+    pub fn new(ray: &Ray) -> Closest {
+        Closest { hit: Hit { t: ray.t_max.min(f32::MAX), ..Hit::NONE }, t_min: ray.t_min.max(0.0) }
     }
 
     /// Farthest `t` that still counts.
@@ -25,7 +26,7 @@ impl Closest {
     /// Takes the hit if it is closer, or as close and of a smaller primitive: no order of visits can matter.
     #[inline(always)]
     pub fn offer(&mut self, hit: Hit) {
-        if hit.t > 0.0 && (hit.t < self.hit.t || (hit.t == self.hit.t && hit.prim < self.hit.prim)) {
+        if closer(&hit, self.t_min, &self.hit) {
             self.hit = hit;
         }
     }
@@ -35,4 +36,10 @@ impl Closest {
     pub fn hit(&self) -> Hit {
         if self.hit.prim == MISS { Hit::NONE } else { self.hit }
     }
+}
+
+/// Whether `hit` counts (beyond `t_min`) and comes before `closest`: it is closer, or as close and of a smaller primitive.
+#[inline(always)]
+pub fn closer(hit: &Hit, t_min: f32, closest: &Hit) -> bool {
+    hit.t > t_min && (hit.t < closest.t || (hit.t == closest.t && hit.prim < closest.prim))
 }

@@ -20,6 +20,8 @@ pub struct RayColumns<'a> {
     pub dy: &'a [f32],
     /// Direction, z.
     pub dz: &'a [f32],
+    /// Nearest `t` that does not count yet; `None`: 0 for all rays.
+    pub t_min: Option<&'a [f32]>,
     /// Farthest `t` that counts; `None`: infinite for all rays.
     pub t_max: Option<&'a [f32]>,
 }
@@ -50,6 +52,7 @@ impl<'a> RayColumns<'a> {
             dx: &self.dx[..n],
             dy: &self.dy[..n],
             dz: &self.dz[..n],
+            t_min: self.t_min.map(|t| &t[..n]),
             t_max: self.t_max.map(|t| &t[..n]),
         }
     }
@@ -60,6 +63,7 @@ impl<'a> RayColumns<'a> {
         Ray {
             origin: Vec3::new(self.ox[row], self.oy[row], self.oz[row]),
             direction: Vec3::new(self.dx[row], self.dy[row], self.dz[row]),
+            t_min: self.t_min.map_or(0.0, |t| t[row]),
             t_max: self.t_max.map_or(f32::INFINITY, |t| t[row]),
         }
     }

@@ -1,7 +1,7 @@
 //! The acceleration structure: built as a binary tree, collapsed to four-wide nodes, traversed in batches.
 //!
 //! [`Accel`] is the door. Behind it stand the tree ([`Bvh4`]) and the oracle ([`Brute`]), which agree to the last
-//! bit: the tests of `triangle` and `sphere` decide what is hit and where, the tree only what is tested.
+//! bit: the tests of `watertight` and `sphere` decide what is hit and where, the tree only what is tested.
 
 mod aabb;
 mod accel;
@@ -11,14 +11,19 @@ mod bvh4;
 mod child;
 mod closest;
 mod columns;
+mod grid_node4;
+mod intersect;
+mod moller_trumbore;
+mod node;
 mod node4;
 pub mod ray;
+mod rays4;
 mod sphere;
 mod sphere4;
 mod stats;
 mod traverse;
 mod tri4;
-mod triangle;
+mod watertight;
 
 pub use aabb::Aabb;
 pub use accel::{Accel, SingleRay};

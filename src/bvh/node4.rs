@@ -5,6 +5,9 @@ use glam::{Vec3, Vec4};
 
 use super::aabb::Aabb;
 use super::child::Child;
+use super::node::{Node, SLACK};
+use super::rays4::Rays4;
+use crate::simd::wide::{Wide, Words};
 
 /// Four children and their boxes: two cache lines.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -33,10 +36,68 @@ impl Node4 {
         }
         node
     }
+}
 
-    /// The box of one child.
-    pub fn child_box(&self, lane: usize) -> Aabb {
-        let corner = |side: usize| Vec3::from_array(std::array::from_fn(|axis| self.planes[side][axis][lane]));
-        Aabb { min: corner(0), max: corner(1) }
+impl Node for Node4 {
+    type Frame = ();
+
+    #[inline(always)]
+    fn point((): &(), point: Vec3) -> Vec3 {
+        point
     }
+
+    #[inline(always)]
+    fn scale((): &(), scale: Vec3) -> Vec3 {
+        scale
+    }
+
+    #[inline(always)]
+    fn planes(&self) -> [[Vec4; 3]; 2] {
+        self.planes
+    }
+
+    #[inline(always)]
+    fn children(&self) -> &Words {
+        bytemuck::cast_ref(&self.children)
+    }
+
+    fn child_box(&self, (): &(), lane: usize) -> Option<Aabb> {
+        let corner = |side: usize| Vec3::from_array(std::array::from_fn(|axis| self.planes[side][axis][lane]));
+        (self.children[lane] != Child::EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
+    }
+
+    #[inline(always)]
+    fn slab<W: Wide>(_: W, (): &(), rays: &Rays4) -> ([[Vec4; 4]; 2], u32) {
+        let ([ox, oy, oz], [sx, sy, sz]) = (rays.origin, rays.scale());
+        ([[sx, sy, sz, rays.t_max], [ox, oy, oz, rays.t_min]], 0b1111)
+    }
+
+    #[inline(always)]
+    fn enter<'a, W: Wide>(
+        wide: W,
+        node: impl Fn(usize) -> &'a Self + Copy,
+        slab: impl Fn(usize, usize) -> &'a Words + Copy,
+    ) -> (W::Lanes, W::Lanes) {
+        let (scale, origin) = (wide.gather(|ray| slab(ray, 0)), wide.gather(|ray| slab(ray, 1)));
+        let (x0, x1) = pair::<W, 0>(wide, node, wide.spread::<0>(origin), wide.spread::<0>(scale));
+        let (y0, y1) = pair::<W, 1>(wide, node, wide.spread::<1>(origin), wide.spread::<1>(scale));
+        let (z0, z1) = pair::<W, 2>(wide, node, wide.spread::<2>(origin), wide.spread::<2>(scale));
+        let entry = wide.max(wide.max(x0, y0), wide.max(z0, wide.spread::<3>(origin)));
+        let exit = wide.min(wide.min(x1, y1), wide.min(z1, wide.spread::<3>(scale)));
+        (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
+    }
+}
+
+/// Where rays cross the nearer and the farther planes of an axis. (No closure: those with vectors in them must be inlined.)
+#[inline(always)]
+fn pair<'a, W: Wide, const AXIS: usize>(
+    wide: W,
+    node: impl Fn(usize) -> &'a Node4,
+    origin: W::Lanes,
+    scale: W::Lanes,
+) -> (W::Lanes, W::Lanes) {
+    let low = wide.gather(|ray| bytemuck::cast_ref(&node(ray).planes[0][AXIS]));
+    let high = wide.gather(|ray| bytemuck::cast_ref(&node(ray).planes[1][AXIS]));
+    let (low, high) = (wide.mul(wide.sub(low, origin), scale), wide.mul(wide.sub(high, origin), scale));
+    (wide.min(low, high), wide.max(low, high))
 }

@@ -2,28 +2,38 @@
 
 use glam::Vec3;
 
-/// A ray, world space. Hits count for `0 < t <= t_max`.
+/// Shortest direction, by its largest component: below, reciprocals overflow.
+pub const SHORTEST: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// A ray, world space. Hits count for `t_min < t <= t_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Origin.
     pub origin: Vec3,
     /// Direction; `t` is in units of its length.
     pub direction: Vec3,
+    /// Nearest `t` that does not count yet; below 0 is as good as 0.
+    pub t_min: f32,
     /// Farthest `t` that counts; may be infinite.
     pub t_max: f32,
 }
 
 impl Ray {
+    /// A ray from its origin to infinity.
+    #[inline(always)]
+    pub fn new(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
     /// Whether the ray can hit anything: origin and direction finite, the direction not (nearly) zero, `t_max`
-    /// above 0. A ray that fails this misses everything, whatever the structure.
+    /// above `t_min` and 0. A ray that fails this misses everything, whatever the structure.
     #[inline(always)]
     pub fn is_traceable(&self) -> bool {
-        // Below this, reciprocals of the direction overflow.
-        const SHORTEST: f32 = 1.0 / (1u64 << 60) as f32;
         self.origin.is_finite()
             && self.direction.is_finite()
             && self.direction.abs().max_element() >= SHORTEST
-            && self.t_max > 0.0
+            && self.t_min < f32::INFINITY
+            && self.t_max > self.t_min.max(0.0)
     }
 }
 

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::ray::Ray;
 
-/// The smaller root above 0 and not above `t_max`, else the larger; `None` if neither is in range. Rays that start
+/// The smaller root above `t_min` and not above `t_max`, else the larger; `None` if neither is in range. Rays that start
 /// inside hit the far side.
 #[inline(always)]
 pub fn intersect(ray: &Ray, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
@@ -28,7 +28,8 @@ pub fn intersect(ray: &Ray, center: Vec3, radius: f32, t_max: f32) -> Option<f32
     let q = if b < 0.0 { b - root } else { b + root };
     let (one, other) = ((c / q) as f32, (q / a) as f32);
     let (near, far) = if one < other { (one, other) } else { (other, one) };
-    let in_range = |t: f32| t > 0.0 && t <= t_max;
+    let t_min = ray.t_min.max(0.0);
+    let in_range = |t: f32| t > t_min && t <= t_max;
     if in_range(near) {
         Some(near)
     } else if in_range(far) {
@@ -43,7 +44,7 @@ mod tests {
     use super::*;
 
     fn cast(origin: [f32; 3], direction: [f32; 3], center: Vec3, radius: f32) -> Option<f32> {
-        let ray = Ray { origin: origin.into(), direction: direction.into(), t_max: f32::INFINITY };
+        let ray = Ray::new(origin.into(), direction.into());
         intersect(&ray, center, radius, f32::MAX)
     }
 

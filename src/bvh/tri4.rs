@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use super::ray::MISS;
+use crate::simd::wide::Words;
 
 /// Four triangles, as structure of arrays: three cache lines.
 ///
@@ -27,6 +28,12 @@ const _: () = assert!(size_of::<Tri4>() == 192);
 impl Tri4 {
     /// No triangle.
     pub const EMPTY: Tri4 = Tri4 { corners: [[Vec4::NAN; 3]; 3], prim: [MISS; 4], geom: [MISS; 4], unused: [0; 4] };
+
+    /// Rows of four lanes: three of corners for each axis, then primitives and geometries.
+    #[inline(always)]
+    pub fn rows(&self) -> &[Words; 12] {
+        bytemuck::cast_ref(self)
+    }
 
     /// Fills one lane.
     #[inline]

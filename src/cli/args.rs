@@ -324,6 +324,7 @@ const SIMDS: &[(&str, &str, Simd)] = &[
     ("auto", "the best that this processor has", Simd::Auto),
     ("baseline", "what every processor of this kind has", Simd::Baseline),
     ("avx2", "AVX2 and FMA", Simd::Avx2),
+    ("avx512", "AVX-512 to trace rays, AVX2 for the rest", Simd::Avx512),
 ];
 
 const ACCELS: &[(&str, &str, Accel)] = &[

@@ -7,11 +7,15 @@
 #![allow(unsafe_code)]
 
 pub mod aligned;
+pub mod wide;
 
 use glam::Vec4;
 
 use crate::error::{Error, Result};
 use crate::options::Simd;
+#[cfg(target_arch = "x86_64")]
+use wide::{Avx2, Avx512};
+use wide::{Quad, WideKernel};
 
 /// The instruction set that a batch runs with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,23 +25,27 @@ pub enum Tier {
     /// AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
+    /// AVX-512 in the kernels over [`Wide`] vectors, AVX2 in the others.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx2, Avx512),
 }
-
-/// Proof that this processor has AVX2, FMA, BMI and POPCNT: only [`Tier::detect`] makes one.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Avx2(());
 
 impl Tier {
     /// The tier to use, given the option; an error if the option forces one that this processor lacks.
     pub fn detect(option: Simd) -> Result<Tier> {
         match option {
             Simd::Baseline => Ok(Tier::Baseline),
-            Simd::Auto => Ok(best().unwrap_or(Tier::Baseline)),
-            Simd::Avx2 => {
-                best().ok_or_else(|| Error::Options("this processor has no AVX2 and FMA: use --simd baseline".into()))
-            }
+            Simd::Auto => Ok(Tier::available().pop().unwrap_or(Tier::Baseline)),
+            Simd::Avx2 => Tier::named("avx2")
+                .ok_or_else(|| Error::Options("this processor has no AVX2 and FMA: use --simd baseline".into())),
+            Simd::Avx512 => Tier::named("avx512")
+                .ok_or_else(|| Error::Options("this processor has no AVX-512: use --simd avx2 or baseline".into())),
         }
+    }
+
+    /// The tier of that name, if this processor has it.
+    fn named(name: &str) -> Option<Tier> {
+        Tier::available().into_iter().find(|tier| tier.name() == name)
     }
 
     /// For reports.
@@ -46,12 +54,21 @@ impl Tier {
             Tier::Baseline => "baseline",
             #[cfg(target_arch = "x86_64")]
             Tier::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Tier::Avx512(..) => "avx512",
         }
     }
 
-    /// Every tier that this processor has: what tests run through.
+    /// Every tier that this processor has, the best last: what tests run through.
     pub fn available() -> Vec<Tier> {
-        std::iter::once(Tier::Baseline).chain(best()).collect()
+        #[allow(unused_mut)]
+        let mut tiers = vec![Tier::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = Avx2::detect() {
+            tiers.push(Tier::Avx2(avx2));
+            tiers.extend(Avx512::detect().map(|avx512| Tier::Avx512(avx2, avx512)));
+        }
+        tiers
     }
 
     /// Runs `kernel`, compiled for this tier.
@@ -61,24 +78,23 @@ impl Tier {
             Tier::Baseline => kernel.run(),
             // SAFETY: the token exists, so the processor has every feature that the shell enables.
             #[cfg(target_arch = "x86_64")]
-            Tier::Avx2(_) => unsafe { run_avx2(kernel) },
+            Tier::Avx2(_) | Tier::Avx512(..) => unsafe { run_avx2(kernel) },
         }
     }
-}
 
-/// The best tier above the baseline, if there is one.
-fn best() -> Option<Tier> {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("lzcnt")
-        && is_x86_feature_detected!("popcnt")
-    {
-        return Some(Tier::Avx2(Avx2(())));
+    /// Runs `kernel` with the widest vectors of this tier.
+    #[inline]
+    pub fn run_wide<K: WideKernel>(self, kernel: K) -> K::Output {
+        match self {
+            Tier::Baseline => kernel.run(Quad),
+            // SAFETY: the token exists, so the processor has every feature that the shell enables.
+            #[cfg(target_arch = "x86_64")]
+            Tier::Avx2(avx2) => unsafe { run_wide_avx2(kernel, avx2) },
+            // SAFETY: likewise.
+            #[cfg(target_arch = "x86_64")]
+            Tier::Avx512(_, avx512) => unsafe { run_wide_avx512(kernel, avx512) },
+        }
     }
-    None
 }
 
 /// Where something lies, for [`prefetch`] alone.
@@ -91,6 +107,27 @@ impl Address {
     pub fn of<T>(items: &[T], index: usize) -> Address {
         Address(items.as_ptr().wrapping_add(index).cast())
     }
+}
+
+impl Address {
+    /// So many bytes on.
+    #[inline(always)]
+    pub fn plus(self, bytes: usize) -> Address {
+        Address(self.0.wrapping_add(bytes))
+    }
+}
+
+/// Asks for a cache line; does nothing where the architecture has no such instruction on stable Rust.
+#[inline(always)]
+pub fn prefetch_line(address: Address) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a hint: it changes nothing that the program can see, and no address makes it fault.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.0) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = address;
 }
 
 /// Asks for three cache lines; does nothing where the architecture has no such instruction on stable Rust.
@@ -151,6 +188,26 @@ unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
+/// The AVX2 shell of wide kernels.
+///
+/// # Safety
+/// As for [`run_avx2`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_wide_avx2<K: WideKernel>(kernel: K, avx2: Avx2) -> K::Output {
+    kernel.run(avx2)
+}
+
+/// The AVX-512 shell of wide kernels.
+///
+/// # Safety
+/// The processor must have the features named here; an [`Avx512`] says so.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn run_wide_avx512<K: WideKernel>(kernel: K, avx512: Avx512) -> K::Output {
+    kernel.run(avx512)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -186,7 +243,9 @@ mod tests {
     #[test]
     fn options_choose_the_tier() {
         assert_eq!(Tier::detect(Simd::Baseline).unwrap(), Tier::Baseline);
-        assert_eq!(Tier::detect(Simd::Auto).unwrap(), best().unwrap_or(Tier::Baseline));
-        assert_eq!(Tier::detect(Simd::Avx2).is_ok(), best().is_some());
+        assert_eq!(Some(&Tier::detect(Simd::Auto).unwrap()), Tier::available().last());
+        for (simd, name) in [(Simd::Avx2, "avx2"), (Simd::Avx512, "avx512")] {
+            assert_eq!(Tier::detect(simd).ok(), Tier::available().into_iter().find(|tier| tier.name() == name));
+        }
     }
 }

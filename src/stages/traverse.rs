@@ -38,7 +38,7 @@ pub fn run(context: &Context, depth: u32, n: usize, paths: &Paths, hits: &mut Hi
 /// Counts the nodes that the first `n` camera rays visit, and makes the counts their samples' radiance.
 pub fn count(context: &Context, n: usize, paths: &Paths, samples: &mut Samples, scratch: &Bump) {
     let visits = scratch.alloc_slice_fill_copy(n, 0u32);
-    context.accel.cost_columns(context.tier, paths.rays(n), visits);
+    context.accel.cost_columns(paths.rays(n), visits);
     for (row, &visits) in visits.iter().enumerate() {
         let slot = paths.slot[row] as usize;
         (samples.r[slot], samples.g[slot], samples.b[slot]) = (visits as f32, visits as f32, visits as f32);

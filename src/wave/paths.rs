@@ -43,6 +43,7 @@ impl Paths {
             dx: &self.dx[..n],
             dy: &self.dy[..n],
             dz: &self.dz[..n],
+            t_min: None,
             t_max: None,
         }
     }

@@ -41,6 +41,7 @@ impl Shadows {
             dx: &self.dx[..n],
             dy: &self.dy[..n],
             dz: &self.dz[..n],
+            t_min: None,
             t_max: Some(&self.t_max[..n]),
         }
     }

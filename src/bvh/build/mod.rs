@@ -5,6 +5,7 @@ mod binning;
 mod bvh2;
 mod collapse;
 mod emit;
+mod format;
 mod fragment;
 
 use std::time::Instant;
@@ -14,18 +15,17 @@ use rayon::prelude::*;
 use super::Bvh4;
 use super::aabb::Aabb;
 use super::child::Child;
-use super::node4::Node4;
 use super::stats::BvhStats;
 use crate::error::{Error, Result};
+use crate::options::AccelOptions;
 use crate::scene::shapes::Shapes;
-use crate::system::Buffer;
 use bvh2::Builder;
-use collapse::{BLOCK_COST, Collapse, NODE_COST};
+use collapse::Collapse;
 use emit::Skeleton;
 
 impl Bvh4 {
     /// Builds the tree over all primitives; an error if there are more than references can address.
-    pub fn build(shapes: &Shapes) -> Result<Bvh4> {
+    pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Bvh4> {
         let start = Instant::now();
         let prims = shapes.prim_count();
         // In the worst case each primitive has a block of its own.
@@ -36,7 +36,7 @@ impl Bvh4 {
             )));
         }
         let (mut fragments, bounds) = fragment::fragments(shapes);
-        let mut bvh = Bvh4 { bounds, ..Bvh4::default() };
+        let mut bvh = Bvh4 { bounds, intersection: options.intersection, ..Bvh4::default() };
         if prims > 0 {
             let triangles = shapes.triangles.len() as u32;
             let scale = area_scale(&bounds);
@@ -49,8 +49,7 @@ impl Bvh4 {
             bvh.triangles = emit::triangle_blocks(&skeleton.triangles, &order, shapes);
             bvh.spheres = emit::sphere_blocks(&skeleton.spheres, &order, shapes);
             bvh.stats.depth = skeleton.depth;
-            bvh.stats.sah_cost = sah_cost(&skeleton.nodes, scale);
-            bvh.nodes = Buffer::from_slice(&skeleton.nodes);
+            (bvh.nodes, bvh.stats.sah_cost) = format::store(&skeleton.nodes, options, scale)?;
         }
         bvh.stats = BvhStats {
             primitives: prims,
@@ -69,17 +68,4 @@ impl Bvh4 {
 fn area_scale(bounds: &Aabb) -> f32 {
     let size = (bounds.max - bounds.min).max_element();
     if size > 0.0 { (1.0 / size).clamp(f32::MIN_POSITIVE, f32::MAX) } else { 1.0 }
-}
-
-/// Expected cost of a ray that meets the root's box: nodes visited plus blocks tested, weighted as in the collapse.
-fn sah_cost(nodes: &[Node4], scale: f32) -> f64 {
-    let root = (0..4).fold(Aabb::EMPTY, |aabb, lane| aabb.union(nodes[0].child_box(lane))).half_area(scale);
-    let mut cost = f64::from(root * NODE_COST);
-    for node in nodes {
-        for (lane, &child) in node.children.iter().enumerate().filter(|(_, child)| **child != Child::EMPTY) {
-            let own = if child.is_leaf() { child.blocks().len() as f32 * BLOCK_COST } else { NODE_COST };
-            cost += f64::from(node.child_box(lane).half_area(scale) * own);
-        }
-    }
-    if root > 0.0 { cost / f64::from(root) } else { 0.0 }
 }

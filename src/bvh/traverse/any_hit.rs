@@ -3,31 +3,32 @@
 use super::leaf::{count_block, hits_spheres, hits_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
-use crate::bvh::Bvh4;
+use super::{Tree, child_of};
 use crate::bvh::child::Child;
 use crate::bvh::columns::TraversalCounts;
+use crate::bvh::intersect::Intersect;
+use crate::bvh::node::Node;
 use crate::bvh::ray::Ray;
-use crate::bvh::triangle::ShearedRay;
 
 /// Traverses the largest child first, as the nodes store them; distances need no sorting.
 #[inline(always)]
-pub fn any_hit<const SPHERES: bool, const COUNT: bool>(
-    bvh: &Bvh4,
+pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
+    tree: &Tree<'_, N>,
     ray: &Ray,
     stack: &mut Stack,
     counts: &mut TraversalCounts,
 ) -> bool {
-    if !ray.is_traceable() || bvh.nodes.is_empty() {
+    if !ray.is_traceable() || tree.nodes.is_empty() {
         return false;
     }
-    let slabs = SlabRay::new(ray);
-    let sheared = ShearedRay::new(ray);
+    let slabs = SlabRay::new::<N>(&tree.frame, ray);
+    let prepared = I::prepare(ray);
     let t_max = ray.t_max.min(f32::MAX);
     let mut child = Child::ROOT;
     stack.clear();
     loop {
         if !child.is_leaf() {
-            let node = &bvh.nodes[child.node()];
+            let node = &tree.nodes[child.node()];
             if COUNT {
                 counts.node_visits += 1;
             }
@@ -37,13 +38,13 @@ pub fn any_hit<const SPHERES: bool, const COUNT: bool>(
                 while rest != 0 {
                     let lane = 31 - rest.leading_zeros();
                     rest ^= 1 << lane;
-                    stack.push_one(Entry::new(0.0, node.children[lane as usize & 3]));
+                    stack.push_one(Entry::new(0.0, child_of(node, lane as usize)));
                 }
-                child = node.children[met.trailing_zeros() as usize & 3];
+                child = child_of(node, met.trailing_zeros() as usize);
                 continue;
             }
         } else if SPHERES && child.is_spheres() {
-            for block in &bvh.spheres[child.blocks()] {
+            for block in &tree.spheres[child.blocks()] {
                 if COUNT {
                     count_block(counts, &block.prim);
                 }
@@ -52,11 +53,11 @@ pub fn any_hit<const SPHERES: bool, const COUNT: bool>(
                 }
             }
         } else {
-            for block in &bvh.triangles[child.blocks()] {
+            for block in &tree.triangles[child.blocks()] {
                 if COUNT {
                     count_block(counts, &block.prim);
                 }
-                if hits_triangles(&sheared, block, t_max) {
+                if hits_triangles::<I>(&prepared, block, ray.t_min.max(0.0), t_max) {
                     return true;
                 }
             }

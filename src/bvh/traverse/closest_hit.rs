@@ -6,33 +6,33 @@ use glam::Vec4;
 use super::leaf::{count_block, test_spheres, test_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
-use crate::bvh::Bvh4;
+use super::{Tree, child_of};
 use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
-use crate::bvh::node4::Node4;
+use crate::bvh::intersect::Intersect;
+use crate::bvh::node::Node;
 use crate::bvh::ray::{Hit, Ray};
-use crate::bvh::triangle::ShearedRay;
 
 /// Traverses nearest child first. `SPHERES`: the tree holds some. `COUNT`: fill in `counts`.
 #[inline(always)]
-pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
-    bvh: &Bvh4,
+pub fn closest_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
+    tree: &Tree<'_, N>,
     ray: &Ray,
     stack: &mut Stack,
     counts: &mut TraversalCounts,
 ) -> Hit {
-    if !ray.is_traceable() || bvh.nodes.is_empty() {
+    if !ray.is_traceable() || tree.nodes.is_empty() {
         return Hit::NONE;
     }
-    let slabs = SlabRay::new(ray);
-    let sheared = ShearedRay::new(ray);
-    let mut closest = Closest::new(ray.t_max);
+    let slabs = SlabRay::new::<N>(&tree.frame, ray);
+    let mut prepared = I::prepare(ray);
+    let mut closest = Closest::new(ray);
     let mut child = Child::ROOT;
     stack.clear();
     loop {
         if !child.is_leaf() {
-            let node = &bvh.nodes[child.node()];
+            let node = &tree.nodes[child.node()];
             if COUNT {
                 counts.node_visits += 1;
             }
@@ -43,18 +43,18 @@ pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
                 continue;
             }
         } else if SPHERES && child.is_spheres() {
-            for block in &bvh.spheres[child.blocks()] {
+            for block in &tree.spheres[child.blocks()] {
                 if COUNT {
                     count_block(counts, &block.prim);
                 }
                 test_spheres(ray, block, &mut closest);
             }
         } else {
-            for block in &bvh.triangles[child.blocks()] {
+            for block in &tree.triangles[child.blocks()] {
                 if COUNT {
                     count_block(counts, &block.prim);
                 }
-                test_triangles(&sheared, block, &mut closest);
+                test_triangles::<I>(&mut prepared, block, &mut closest);
             }
         }
         child = loop {
@@ -72,14 +72,14 @@ pub fn closest_hit<const SPHERES: bool, const COUNT: bool>(
 
 /// Pushes the children that the ray meets, farthest first, and gives the nearest.
 #[inline(always)]
-fn descend(node: &Node4, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
+fn descend<N: Node>(node: &N, entry: Vec4, met: u32, stack: &mut Stack) -> Child {
     let distances = entry.to_array();
     let mut rest = met;
     let mut next = || {
         // The mask spares a bounds check.
         let lane = rest.trailing_zeros() as usize & 3;
         rest &= rest - 1;
-        Entry::new(distances[lane], node.children[lane])
+        Entry::new(distances[lane], child_of(node, lane))
     };
     let order = |a: Entry, b: Entry| (a.min(b), a.max(b));
     match met.count_ones() {

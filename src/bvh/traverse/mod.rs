@@ -1,23 +1,71 @@
 //! Traversal: batches of rays in, columns of hits out.
 //!
-//! Two ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), and many in flight at
-//! once ([`wave`], whose rays take steps, [`flight`]). Which is faster depends on the tree and on the rays: [`Traversal`].
+//! The ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), and many in flight at
+//! once ([`wave`]). Which is faster depends on the tree and on the rays: [`Traversal`]. Each is generic over the format of
+//! the nodes ([`crate::bvh::node::Node`]) and over the triangle test ([`crate::bvh::intersect::Intersect`]).
 
 mod any_hit;
+mod batch;
 mod closest_hit;
-mod flight;
 mod leaf;
-mod slab;
+mod one_ray;
+pub(super) mod slab;
 pub(super) mod stack;
 mod wave;
 
 use super::Bvh4;
+use super::aabb::Aabb;
+use super::bvh4::Nodes;
+use super::child::Child;
 use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
+use super::intersect::Intersect;
+use super::moller_trumbore::MollerTrumbore;
+use super::node::Node;
 use super::ray::{Hit, Ray};
-use crate::simd::{Kernel, Tier};
-use any_hit::any_hit;
-use closest_hit::closest_hit;
+use super::sphere4::Sphere4;
+use super::tri4::Tri4;
+use super::watertight::Watertight;
+use crate::options::Intersection;
+use crate::simd::Tier;
+use batch::{Batch, Results};
+use one_ray::{AnyHit, ClosestHit, NodeVisits};
 pub use stack::Stack;
+
+/// A tree as kernels see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Tree<'a, N: Node> {
+    /// The root first.
+    pub nodes: &'a [N],
+    /// What all nodes share.
+    pub frame: N::Frame,
+    /// Leaf blocks of triangles.
+    pub triangles: &'a [Tri4],
+    /// Leaf blocks of spheres.
+    pub spheres: &'a [Sphere4],
+}
+
+impl<N: Node> Tree<'_, N> {
+    /// The children of a node and their boxes.
+    pub fn children(&self, node: usize) -> impl Iterator<Item = (Child, Aabb)> {
+        let node = &self.nodes[node];
+        (0..4).filter_map(move |lane| Some((child_of(node, lane), node.child_box(&self.frame, lane)?)))
+    }
+}
+
+/// What one slot of a node refers to.
+#[inline(always)]
+pub(super) fn child_of<N: Node>(node: &N, lane: usize) -> Child {
+    // The mask spares a bounds check.
+    Child::from_bits(node.children()[lane & 3])
+}
+
+/// Work on a tree, whatever its nodes and its triangle test.
+pub trait TreeKernel {
+    /// What it gives back.
+    type Output;
+    /// The work.
+    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Self::Output;
+}
 
 /// How a batch goes through the tree. The hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,155 +87,62 @@ impl Bvh4 {
         if large && !coherent { Traversal::InFlight } else { Traversal::Single }
     }
 
-    /// The closest hit of each ray.
+    /// Runs `kernel` on the tree as it is.
+    #[inline(always)]
+    pub fn with_tree<K: TreeKernel>(&self, kernel: K) -> K::Output {
+        match &self.nodes {
+            Nodes::Full(nodes) => self.with_nodes(kernel, nodes, ()),
+            Nodes::Grid(nodes, grid) => self.with_nodes(kernel, nodes, *grid),
+        }
+    }
+
+    #[inline(always)]
+    fn with_nodes<N: Node, K: TreeKernel>(&self, kernel: K, nodes: &[N], frame: N::Frame) -> K::Output {
+        let tree = Tree { nodes, frame, triangles: &self.triangles, spheres: &self.spheres };
+        match self.intersection {
+            Intersection::Watertight => kernel.run::<N, Watertight>(tree),
+            Intersection::Fast => kernel.run::<N, MollerTrumbore>(tree),
+        }
+    }
+
+    /// The closest hit of each ray. Counts rays, and what was visited if `count`.
     pub fn closest_hits(
         &self,
         way: Traversal,
         tier: Tier,
         rays: RayColumns<'_>,
         hits: HitColumnsMut<'_>,
+        count: bool,
     ) -> TraversalCounts {
-        if self.spheres.is_empty() {
-            tier.run(ClosestHits::<false, false> { bvh: self, way, rays, hits })
-        } else {
-            tier.run(ClosestHits::<true, false> { bvh: self, way, rays, hits })
-        }
+        self.with_tree(Batch { way, tier, rays, results: Results::Closest(hits), count })
     }
 
-    /// The same, counting.
-    pub fn closest_hits_counted(
-        &self,
-        way: Traversal,
-        tier: Tier,
-        rays: RayColumns<'_>,
-        hits: HitColumnsMut<'_>,
-    ) -> TraversalCounts {
-        tier.run(ClosestHits::<true, true> { bvh: self, way, rays, hits })
-    }
-
-    /// Whether each ray hits anything.
-    pub fn any_hits(&self, way: Traversal, tier: Tier, rays: RayColumns<'_>, occluded: &mut [bool]) -> TraversalCounts {
-        if self.spheres.is_empty() {
-            tier.run(AnyHits::<false, false> { bvh: self, way, rays, occluded })
-        } else {
-            tier.run(AnyHits::<true, false> { bvh: self, way, rays, occluded })
-        }
-    }
-
-    /// The same, counting.
-    pub fn any_hits_counted(
+    /// Whether each ray hits anything. Counts rays, and what was visited if `count`.
+    pub fn any_hits(
         &self,
         way: Traversal,
         tier: Tier,
         rays: RayColumns<'_>,
         occluded: &mut [bool],
+        count: bool,
     ) -> TraversalCounts {
-        tier.run(AnyHits::<true, true> { bvh: self, way, rays, occluded })
-    }
-
-    /// How many nodes the closest-hit traversal of each ray visits.
-    pub fn cost_columns(&self, tier: Tier, rays: RayColumns<'_>, visits: &mut [u32]) {
-        tier.run(Costs { bvh: self, rays, visits });
+        self.with_tree(Batch { way, tier, rays, results: Results::Any(occluded), count })
     }
 
     /// The closest hit of one ray, for callers that have no batch.
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, stack: &mut Stack) -> Hit {
-        let mut counts = TraversalCounts::default();
-        if self.spheres.is_empty() {
-            closest_hit::<false, false>(self, ray, stack, &mut counts)
-        } else {
-            closest_hit::<true, false>(self, ray, stack, &mut counts)
-        }
+        self.with_tree(ClosestHit { ray, stack })
     }
 
     /// Whether one ray hits anything, for callers that have no batch.
     #[inline(always)]
     pub fn any_hit(&self, ray: &Ray, stack: &mut Stack) -> bool {
-        let mut counts = TraversalCounts::default();
-        if self.spheres.is_empty() {
-            any_hit::<false, false>(self, ray, stack, &mut counts)
-        } else {
-            any_hit::<true, false>(self, ray, stack, &mut counts)
-        }
+        self.with_tree(AnyHit { ray, stack })
     }
 
     /// Nodes that the closest-hit traversal of one ray visits.
     pub fn node_visits(&self, ray: &Ray, stack: &mut Stack) -> u64 {
-        let mut counts = TraversalCounts::default();
-        closest_hit::<true, true>(self, ray, stack, &mut counts);
-        counts.node_visits
-    }
-}
-
-struct ClosestHits<'a, const SPHERES: bool, const COUNT: bool> {
-    bvh: &'a Bvh4,
-    way: Traversal,
-    rays: RayColumns<'a>,
-    hits: HitColumnsMut<'a>,
-}
-
-impl<const SPHERES: bool, const COUNT: bool> Kernel for ClosestHits<'_, SPHERES, COUNT> {
-    type Output = TraversalCounts;
-
-    #[inline(always)]
-    fn run(self) -> TraversalCounts {
-        let rays = self.rays.trimmed();
-        let mut hits = self.hits.trimmed(rays.len());
-        if self.way == Traversal::InFlight {
-            return wave::trace::<false, SPHERES, COUNT>(self.bvh, rays, |row, hit| hits.set(row, hit));
-        }
-        let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for row in 0..rays.len() {
-            hits.set(row, closest_hit::<SPHERES, COUNT>(self.bvh, &rays.ray(row), &mut stack, &mut counts));
-        }
-        counts
-    }
-}
-
-struct AnyHits<'a, const SPHERES: bool, const COUNT: bool> {
-    bvh: &'a Bvh4,
-    way: Traversal,
-    rays: RayColumns<'a>,
-    occluded: &'a mut [bool],
-}
-
-impl<const SPHERES: bool, const COUNT: bool> Kernel for AnyHits<'_, SPHERES, COUNT> {
-    type Output = TraversalCounts;
-
-    #[inline(always)]
-    fn run(self) -> TraversalCounts {
-        let rays = self.rays.trimmed();
-        let occluded = &mut self.occluded[..rays.len()];
-        if self.way == Traversal::InFlight {
-            return wave::trace::<true, SPHERES, COUNT>(self.bvh, rays, |row, hit| occluded[row] = hit.is_some());
-        }
-        let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for (row, occluded) in occluded.iter_mut().enumerate() {
-            *occluded = any_hit::<SPHERES, COUNT>(self.bvh, &rays.ray(row), &mut stack, &mut counts);
-        }
-        counts
-    }
-}
-
-/// Node visits, one ray at a time.
-struct Costs<'a> {
-    bvh: &'a Bvh4,
-    rays: RayColumns<'a>,
-    visits: &'a mut [u32],
-}
-
-impl Kernel for Costs<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let rays = self.rays.trimmed();
-        let mut stack = Stack::new();
-        for (row, visits) in self.visits[..rays.len()].iter_mut().enumerate() {
-            *visits = self.bvh.node_visits(&rays.ray(row), &mut stack) as u32;
-        }
+        self.with_tree(NodeVisits { ray, stack })
     }
 }

@@ -1,0 +1,88 @@
+//! Which format the nodes get.
+
+use rayon::prelude::*;
+
+use super::collapse::{BLOCK_COST, NODE_COST};
+use crate::bvh::aabb::Aabb;
+use crate::bvh::bvh4::Nodes;
+use crate::bvh::child::Child;
+use crate::bvh::grid_node4::{Grid, GridNode4};
+use crate::bvh::node::Node;
+use crate::bvh::node4::Node4;
+use crate::error::{Error, Result};
+use crate::options::{AccelOptions, Intersection, NodeFormat};
+use crate::system::Buffer;
+
+/// Most that the grid may add to the cost of the tree, by making boxes larger, before full nodes are preferred.
+const MOST_GROWTH: f64 = 1.03;
+
+/// The nodes in the format asked for, and the SAH cost of the tree as it then is. `scale` keeps areas finite.
+///
+/// The fast triangle test finds hits on slivers that lie beside their boxes. Which of them a ray finds depends on the order
+/// of its visits, and so on the last bit of every box test: with compact nodes that bit differs between instruction sets.
+pub fn store(full: &[Node4], options: &AccelOptions, scale: f32) -> Result<(Nodes, f64)> {
+    let cost = sah_cost(full, &(), scale);
+    let format = match (options.intersection, options.nodes) {
+        (Intersection::Fast, NodeFormat::Compact) => {
+            return Err(Error::Options(
+                "--nodes compact needs --intersection watertight: the fast test would find other hits on other processors"
+                    .into(),
+            ));
+        }
+        (Intersection::Fast, _) => NodeFormat::Full,
+        (Intersection::Watertight, format) => format,
+    };
+    if format != NodeFormat::Full {
+        if let Some((grid, nodes)) = on_grid(full) {
+            let grown = sah_cost(&nodes, &grid, scale);
+            if format == NodeFormat::Compact || grown <= cost * MOST_GROWTH {
+                return Ok((Nodes::Grid(nodes, grid), grown));
+            }
+        } else if format == NodeFormat::Compact {
+            return Err(Error::Options(
+                "the size of this scene does not suit compact nodes: use --nodes auto or --nodes full".into(),
+            ));
+        }
+    }
+    Ok((Nodes::Full(Buffer::from_slice(full)), cost))
+}
+
+/// All nodes on the grid of the root's box.
+fn on_grid(full: &[Node4]) -> Option<(Grid, Buffer<GridNode4>)> {
+    let grid = Grid::around(&root_box(full.first()?, &()))?;
+    if !full.par_iter().all(|node| grid.node(node).is_some()) {
+        return None;
+    }
+    // Each has its node, as was just seen.
+    let nodes = full.par_iter().map(|node| grid.node(node).unwrap_or(bytemuck::Zeroable::zeroed()));
+    Some((grid, Buffer::from_par_iter(nodes)))
+}
+
+fn root_box<N: Node>(root: &N, frame: &N::Frame) -> Aabb {
+    (0..4).filter_map(|lane| root.child_box(frame, lane)).fold(Aabb::EMPTY, Aabb::union)
+}
+
+/// Expected cost of a ray that meets the root's box: nodes visited plus blocks tested, weighted as in the collapse. The same
+/// for any number of threads: chunks are summed in order.
+fn sah_cost<N: Node>(nodes: &[N], frame: &N::Frame, scale: f32) -> f64 {
+    const CHUNK: usize = 1 << 14;
+    let Some(root) = nodes.first() else { return 0.0 };
+    let root = f64::from(root_box(root, frame).half_area(scale));
+    let chunks: Vec<f64> = nodes
+        .par_chunks(CHUNK)
+        .map(|chunk| chunk.iter().map(|node| children_cost(node, frame, scale)).sum::<f64>())
+        .collect();
+    let cost = root * f64::from(NODE_COST) + chunks.iter().sum::<f64>();
+    if root > 0.0 { cost / root } else { 0.0 }
+}
+
+/// Area times cost of a node's children.
+fn children_cost<N: Node>(node: &N, frame: &N::Frame, scale: f32) -> f64 {
+    (0..4)
+        .filter_map(|lane| Some((node.child_box(frame, lane)?, Child::from_bits(node.children()[lane]))))
+        .map(|(aabb, child)| {
+            let own = if child.is_leaf() { child.blocks().len() as f32 * BLOCK_COST } else { NODE_COST };
+            f64::from(aabb.half_area(scale) * own)
+        })
+        .sum()
+}

@@ -1,0 +1,65 @@
+//! Which triangle test a tree is asked with, and what the kernels need of it.
+
+use glam::Vec4;
+
+use super::ray::Ray;
+use super::rays4::Rays4;
+use super::tri4::Tri4;
+use crate::simd::wide::{Wide, Words};
+
+/// A ray–triangle test.
+pub trait Intersect: Copy + Send + Sync {
+    /// A traceable ray as the test needs it; the last lane of the second quad is `t_max`, and to be kept so.
+    fn prepare(ray: &Ray) -> [Words; 2];
+
+    /// The same of four rays, a column a word.
+    fn prepare4(rays: &Rays4) -> [[Vec4; 4]; 2];
+
+    /// The triangles that rays may hit, a quad each: [`Intersect::crossing`] decides.
+    fn candidates<'a, W: Wide>(
+        wide: W,
+        ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
+        block: impl Fn(usize) -> &'a Tri4 + Copy,
+    ) -> W::Mask;
+
+    /// Where the ray crosses the triangle in one lane, if it does; not yet limited in `t`.
+    fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing>;
+}
+
+/// Where a ray meets a triangle; on the whole line, not yet limited to `t_min < t <= t_max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Distance in units of the ray's direction.
+    pub t: f32,
+    /// Weight of the second corner.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+}
+
+/// The candidates of whose plane the ray is sure to cross beyond its ends: most rays start close to a triangle that they do
+/// not hit, and each would otherwise be a candidate. `inside` and `depths` are the weights of the corners, all of one sign,
+/// and their distances along the ray, so that `t` is the weighted mean of the distances over `per_t`.
+#[inline(always)]
+pub fn beyond_ends<W: Wide>(
+    wide: W,
+    weights: [W::Lanes; 3],
+    depths: [W::Lanes; 3],
+    per_t: W::Lanes,
+    t_max: W::Lanes,
+) -> W::Mask {
+    // The sums err by less than 8 half-ulps of `size`; the margin is four times that, and more than any underflow.
+    const MARGIN: f32 = 1.0 / (1 << 19) as f32;
+    let area = wide.add(wide.add(weights[0], weights[1]), weights[2]);
+    let sum = wide.mul(weights[0], depths[0]);
+    let sum = wide.about(weights[1], depths[1], sum);
+    let sum = wide.about(weights[2], depths[2], sum);
+    let deepest = wide.max(wide.max(wide.abs(depths[0]), wide.abs(depths[1])), wide.abs(depths[2]));
+    let size = wide.mul(wide.abs(area), deepest);
+    let margin = wide.about(size, wide.splat(MARGIN), wide.splat(1e-30));
+    let unit = wide.mul(area, per_t);
+    let sum = wide.flipped(sum, unit);
+    let before = wide.below(wide.add(sum, margin), wide.splat(0.0));
+    let after = wide.below(wide.mul(wide.abs(unit), t_max), wide.sub(sum, margin));
+    wide.either(before, after)
+}

@@ -1,0 +1,185 @@
+//! Many rays in flight at once.
+//!
+//! A ray alone waits: for the node it is at, for the comparison that says where to go next. With many rays in flight
+//! there is always another to step, and what a ray will read next is fetched while the others take their turns
+//! (asynchronous memory access chaining: Kocberber, Falsafi and Grot 2015). Rays at nodes and rays at leaves stand in
+//! two queues, so that each loop does one kind of work, for as many rays at once as the vectors have quads, and no
+//! branch depends on where a ray goes.
+//!
+//! ```text
+//!    launch ─→ nodes ⇄ partition ─→ leaves ─→ candidates ─→ finish
+//!                ↑                     │
+//!                └───── partition ─────┘
+//! ```
+
+mod candidates;
+mod leaves;
+mod nodes;
+mod queue;
+mod setup;
+mod slot;
+mod spheres;
+
+use super::any_hit::any_hit;
+use super::closest_hit::closest_hit;
+use super::leaf::count_block;
+use super::{Stack, Tree};
+use crate::bvh::child::Child;
+use crate::bvh::columns::{RayColumns, TraversalCounts};
+use crate::bvh::intersect::Intersect;
+use crate::bvh::node::Node;
+use crate::bvh::ray::{Hit, Ray};
+use crate::simd::wide::Wide;
+use crate::simd::{Address, prefetch_line};
+use leaves::NO_CANDIDATES;
+use queue::{NO_STEPS, Step, Steps, push_if};
+use setup::Setup;
+use slot::Slot;
+
+/// Rays in flight.
+const IN_FLIGHT: usize = 64;
+
+/// Traces all rays, and calls `finish` with the row and the hit of each, in no particular order. `ANY`: the first hit found
+/// ends a ray, rather than the closest. `SPHERES`: the tree holds some. `COUNT`: count what
+/// is visited.
+#[inline(always)]
+pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
+    wide: W,
+    tree: &Tree<'_, N>,
+    rays: RayColumns<'_>,
+    mut finish: impl FnMut(usize, Hit),
+) -> TraversalCounts {
+    let mut counts = TraversalCounts { rays: rays.len() as u64, ..Default::default() };
+    if tree.nodes.is_empty() || rays.is_empty() {
+        (0..rays.len()).for_each(|row| finish(row, Hit::NONE));
+        return counts;
+    }
+    let mut slots = [Slot::IDLE; IN_FLIGHT];
+    let mut next_row = 0;
+    let mut setup = Setup::new::<W, N, I>(wide, &tree.frame, &rays, next_row);
+    let (mut nodes, mut leaves, mut blocks, mut spheres) = (NO_STEPS, NO_STEPS, NO_STEPS, NO_STEPS);
+    let (mut at_nodes, mut at_leaves) = (0, 0);
+    let mut idle: [u8; IN_FLIGHT] = std::array::from_fn(|slot| slot as u8);
+    let mut idles = IN_FLIGHT;
+    let mut candidates = NO_CANDIDATES;
+    loop {
+        while next_row < rays.len() && idles > 0 {
+            if next_row == setup.end() {
+                setup = Setup::new::<W, N, I>(wide, &tree.frame, &rays, next_row);
+            }
+            if setup.suits(next_row) {
+                idles -= 1;
+                let slot = idle[idles % IN_FLIGHT] as usize;
+                slots[slot % IN_FLIGHT].launch(next_row as u32, setup.ray(next_row));
+                nodes[at_nodes % IN_FLIGHT] = Step::new(slot, Child::ROOT);
+                at_nodes += 1;
+            } else {
+                finish(next_row, alone::<N, I, ANY, COUNT>(tree, &rays.ray(next_row), &mut counts));
+            }
+            next_row += 1;
+        }
+        let in_flight = IN_FLIGHT - idles;
+        if in_flight == 0 {
+            return counts;
+        }
+        // Nodes, until half of the rays wait for something else.
+        loop {
+            if COUNT {
+                counts.node_visits += at_nodes as u64;
+            }
+            nodes::visit::<W, N, ANY>(wide, tree.nodes, &mut nodes, at_nodes, &mut slots);
+            // A queue may be read and written at once: it never grows faster than it is read.
+            let (visited, leaves_before) = (at_nodes, at_leaves);
+            for i in 0..visited {
+                let step = next_step(tree, &slots, nodes[i % IN_FLIGHT]);
+                nodes[(i + leaves_before - at_leaves) % IN_FLIGHT] = step;
+                push_if(&mut leaves, &mut at_leaves, step, step.child().is_leaf());
+            }
+            at_nodes = visited + leaves_before - at_leaves;
+            if 2 * at_nodes <= in_flight {
+                break;
+            }
+        }
+        // Of those that wait for leaves, some are done.
+        let (mut at_blocks, mut at_spheres, idle_before) = (0, 0, idles);
+        for &step in &leaves[..at_leaves.min(IN_FLIGHT)] {
+            let (child, done) = (step.child(), step.child() == Child::EMPTY);
+            push_if(&mut blocks, &mut at_blocks, step, !(done || SPHERES && child.is_spheres()));
+            // The first line was fetched when the ray came to the leaf.
+            let block = Address::of(tree.triangles, child.first_block());
+            prefetch_line(block.plus(64));
+            prefetch_line(block.plus(128));
+            if SPHERES {
+                push_if(&mut spheres, &mut at_spheres, step, !done && child.is_spheres());
+            }
+            idle[idles % IN_FLIGHT] = step.slot() as u8;
+            idles += usize::from(done);
+        }
+        at_leaves = 0;
+        for &slot in &idle[idle_before..idles.min(IN_FLIGHT)] {
+            let slot = &slots[slot as usize % IN_FLIGHT];
+            finish(slot.row as usize, slot.hit());
+        }
+        if COUNT {
+            for step in &blocks[..at_blocks] {
+                count_block(&mut counts, &tree.triangles[step.child().first_block()].prim);
+            }
+            for step in &spheres[..at_spheres] {
+                count_block(&mut counts, &tree.spheres[step.child().first_block()].prim);
+            }
+        }
+        let found = leaves::visit::<W, I>(wide, tree.triangles, &mut blocks, at_blocks, &mut slots, &mut candidates);
+        for candidate in &candidates[..found.min(IN_FLIGHT)] {
+            candidates::settle::<I, ANY>(tree.triangles, candidate, &mut slots[candidate.slot as usize % IN_FLIGHT]);
+        }
+        if SPHERES {
+            for &step in &spheres[..at_spheres.min(IN_FLIGHT)] {
+                let slot = &mut slots[step.slot()];
+                spheres::visit::<ANY>(tree.spheres, step.child(), &rays.ray(slot.row as usize), slot);
+            }
+        }
+        let mut sort = |steps: &Steps, len: usize| {
+            let (nodes_before, leaves_before) = (at_nodes, at_leaves);
+            for i in 0..len {
+                let step = next_step(tree, &slots, steps[i % IN_FLIGHT]);
+                nodes[(nodes_before + i + leaves_before - at_leaves) % IN_FLIGHT] = step;
+                push_if(&mut leaves, &mut at_leaves, step, step.child().is_leaf());
+            }
+            at_nodes = nodes_before + len + leaves_before - at_leaves;
+        };
+        sort(&blocks, at_blocks);
+        if SPHERES {
+            sort(&spheres, at_spheres);
+        }
+    }
+}
+
+/// A ray for which the box test of many is not exact enough: it starts far away.
+#[cold]
+#[inline(never)]
+fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
+    tree: &Tree<'_, N>,
+    ray: &Ray,
+    counts: &mut TraversalCounts,
+) -> Hit {
+    let mut stack = Stack::new();
+    if !ANY {
+        return closest_hit::<N, I, true, COUNT>(tree, ray, &mut stack, counts);
+    }
+    let hit = any_hit::<N, I, true, COUNT>(tree, ray, &mut stack, counts);
+    if hit { Hit { t: 0.0, u: 0.0, v: 0.0, prim: 0, geom: 0 } } else { Hit::NONE }
+}
+
+/// What comes next for a ray that has just been somewhere. Fetches it.
+#[inline(always)]
+fn next_step<N: Node>(tree: &Tree<'_, N>, slots: &[Slot; IN_FLIGHT], step: Step) -> Step {
+    let child = slots[step.slot()].next();
+    // Both addresses, so that the choice is no branch. (Leaves of spheres fetch in vain.)
+    let node = Address::of(tree.nodes, child.node());
+    let leaf = Address::of(tree.triangles, child.first_block());
+    prefetch_line(if child.is_leaf() { leaf } else { node });
+    if size_of::<N>() > 64 {
+        prefetch_line(if child.is_leaf() { leaf } else { node.plus(64) });
+    }
+    Step::new(step.slot(), child)
+}

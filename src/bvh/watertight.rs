@@ -1,0 +1,263 @@
+//! The watertight ray–triangle test of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013).
+//!
+//! The ray's largest direction component becomes its z axis, and a shear makes the ray the z axis itself. Which
+//! side of an edge the ray passes then depends on four numbers that both triangles at the edge compute alike, so
+//! no ray slips between them. An edge function that is exactly 0 is computed again in f64, where it is exact.
+//!
+//! Two-sided, so the paper's swap that keeps the winding is left out. Without fused operations, in one order:
+//! every tier gives the same bits, and [`scalar`] the same as the blocks of [`Watertight`].
+
+use glam::{Vec3, Vec3Swizzles, Vec4};
+
+use super::intersect::{Crossing, Intersect, beyond_ends};
+use super::ray::Ray;
+use super::rays4::Rays4;
+use super::tri4::Tri4;
+use crate::simd::wide::{Wide, Words};
+
+/// A ray as the test needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct ShearedRay {
+    /// The two other axes, then the axis of the largest direction component.
+    axes: [usize; 3],
+    /// Origin, permuted by `axes`.
+    origin: [f32; 3],
+    /// What to subtract from x and y per unit of z.
+    shear: [f32; 2],
+    /// The largest direction component.
+    depth: f32,
+}
+
+impl ShearedRay {
+    /// Permutes and shears. The ray must be traceable.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> ShearedRay {
+        let d = ray.direction.abs();
+        let (axes, origin, direction) = if d.x > d.y && d.x > d.z {
+            ([1, 2, 0], ray.origin.yzx(), ray.direction.yzx())
+        } else if d.y > d.z {
+            ([2, 0, 1], ray.origin.zxy(), ray.direction.zxy())
+        } else {
+            ([0, 1, 2], ray.origin, ray.direction)
+        };
+        let depth = direction.z;
+        ShearedRay { axes, origin: origin.to_array(), shear: [direction.x / depth, direction.y / depth], depth }
+    }
+}
+
+/// The test, as kernels that are generic over it know it.
+#[derive(Clone, Copy, Debug)]
+pub struct Watertight;
+
+/// The first row of a block's corners for each of three axes, a byte each.
+#[inline(always)]
+fn rows(axes: [usize; 3]) -> u32 {
+    let [x, y, z] = axes.map(|axis| 3 * axis as u32);
+    x | y << 8 | z << 16
+}
+
+impl Intersect for Watertight {
+    #[inline(always)]
+    fn prepare(ray: &Ray) -> [Words; 2] {
+        let sheared = ShearedRay::new(ray);
+        let [x, y, z] = sheared.origin.map(f32::to_bits);
+        let [shear_x, shear_y] = sheared.shear.map(f32::to_bits);
+        [[x, y, z, rows(sheared.axes)], [shear_x, shear_y, sheared.depth.to_bits(), ray.t_max.min(f32::MAX).to_bits()]]
+    }
+
+    #[inline(always)]
+    fn prepare4(rays: &Rays4) -> [[Vec4; 4]; 2] {
+        let ([ox, oy, oz], [dx, dy, dz]) = (rays.origin, rays.direction);
+        let (x, y, z) = (dx.abs(), dy.abs(), dz.abs());
+        let along_x = x.cmpgt(y) & x.cmpgt(z);
+        let along_y = y.cmpgt(z) & !along_x;
+        let select = |x: Vec4, y: Vec4, z: Vec4| Vec4::select(along_x, x, Vec4::select(along_y, y, z));
+        let axes = |axes: [usize; 3]| Vec4::splat(f32::from_bits(rows(axes)));
+        let rows = select(axes([1, 2, 0]), axes([2, 0, 1]), axes([0, 1, 2]));
+        let origin = [select(oy, oz, ox), select(oz, ox, oy), select(ox, oy, oz), rows];
+        let depth = select(dx, dy, dz);
+        [origin, [select(dy, dz, dx) / depth, select(dz, dx, dy) / depth, depth, rays.t_max]]
+    }
+
+    #[inline(always)]
+    fn candidates<'a, W: Wide>(
+        wide: W,
+        ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
+        block: impl Fn(usize) -> &'a Tri4 + Copy,
+    ) -> W::Mask {
+        let origin = wide.gather(|r| &ray(r)[0]);
+        let shears = wide.gather(|r| &ray(r)[1]);
+        let origin = [wide.spread::<0>(origin), wide.spread::<1>(origin), wide.spread::<2>(origin)];
+        let shear = [wide.spread::<0>(shears), wide.spread::<1>(shears)];
+        let a = sheared::<W, 0>(wide, ray, block, origin, shear);
+        let b = sheared::<W, 1>(wide, ray, block, origin, shear);
+        let c = sheared::<W, 2>(wide, ray, block, origin, shear);
+        let edges = [edge(wide, c, b), edge(wide, a, c), edge(wide, b, a)];
+        let least = wide.min(wide.min(edges[0], edges[1]), edges[2]);
+        let most = wide.max(wide.max(edges[0], edges[1]), edges[2]);
+        // Zeros count as either sign here. Minimum and maximum may lose a NaN; `finish` rejects it.
+        let zero = wide.splat(0.0);
+        let inside = wide.either(wide.at_most(zero, least), wide.at_most(most, zero));
+        // Where an edge function is 0, the weights that count are others.
+        let strictly = wide.either(wide.below(zero, least), wide.below(most, zero));
+        let (depth, t_max) = (wide.spread::<2>(shears), wide.spread::<3>(shears));
+        let beyond = beyond_ends(wide, edges, [a[2], b[2], c[2]], depth, t_max);
+        wide.but_not(inside, wide.both(strictly, beyond))
+    }
+
+    #[inline(always)]
+    fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing> {
+        let [origin, shear] = ray.map(|words| words.map(f32::from_bits));
+        let axes: [usize; 3] = std::array::from_fn(|axis| (ray[0][3] >> (8 * axis) & 7) as usize);
+        let rows = block.rows();
+        let corner = |axis: usize, corner: usize| f32::from_bits(rows[axes[axis] + corner][lane & 3]);
+        let corners = |axis: usize| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
+        cross([origin[0], origin[1], origin[2]], [shear[0], shear[1]], shear[2], [corners(0), corners(1), corners(2)])
+    }
+}
+
+/// One corner of four triangles a ray, seen from the ray.
+#[inline(always)]
+fn sheared<'a, W: Wide, const CORNER: usize>(
+    wide: W,
+    ray: impl Fn(usize) -> &'a [Words; 2],
+    block: impl Fn(usize) -> &'a Tri4,
+    origin: [W::Lanes; 3],
+    shear: [W::Lanes; 2],
+) -> [W::Lanes; 3] {
+    // The mask spares a bounds check: there are 12 rows.
+    let x = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] & 7) as usize + CORNER]);
+    let y = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] >> 8 & 7) as usize + CORNER]);
+    let z = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] >> 16 & 7) as usize + CORNER]);
+    let z = wide.sub(z, origin[2]);
+    let x = wide.sub(wide.sub(x, origin[0]), wide.mul(shear[0], z));
+    let y = wide.sub(wide.sub(y, origin[1]), wide.mul(shear[1], z));
+    [x, y, z]
+}
+
+/// Which side of the edge between two corners the ray is on.
+#[inline(always)]
+fn edge<W: Wide>(wide: W, p: [W::Lanes; 3], q: [W::Lanes; 3]) -> W::Lanes {
+    wide.sub(wide.mul(p[0], q[1]), wide.mul(p[1], q[0]))
+}
+
+/// Tests one triangle: the twin of [`Watertight`], same bits.
+#[inline(always)]
+pub fn scalar(ray: &ShearedRay, corners: [Vec3; 3]) -> Option<Crossing> {
+    cross(ray.origin, ray.shear, ray.depth, ray.axes.map(|axis| corners.map(|corner| corner[axis])))
+}
+
+/// Tests one triangle whose corners' coordinates are permuted as the ray is: first the axis, then the corner.
+#[inline(always)]
+fn cross(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) -> Option<Crossing> {
+    let z = corners[2].map(|c| c - origin[2]);
+    let x: [f32; 3] = std::array::from_fn(|i| (corners[0][i] - origin[0]) - shear[0] * z[i]);
+    let y: [f32; 3] = std::array::from_fn(|i| (corners[1][i] - origin[1]) - shear[1] * z[i]);
+    let edges = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
+    if !(edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0)) {
+        return None;
+    }
+    finish(depth, edges, x, y, z)
+}
+
+/// What both do with a triangle whose edge functions do not differ in sign. In f64: the few lanes that come this
+/// far cost nothing, and tiny triangles do not underflow.
+#[inline(always)]
+fn finish(depth: f32, edges: [f32; 3], x: [f32; 3], y: [f32; 3], z: [f32; 3]) -> Option<Crossing> {
+    let [mut a, mut b, mut c] = edges.map(f64::from);
+    // Overflow in f32: where lanes are compared, NaN may or may not have come through.
+    if (a + b + c).is_nan() {
+        return None;
+    }
+    if a == 0.0 || b == 0.0 || c == 0.0 {
+        [a, b, c] = exact_edges(x, y);
+        if (a < 0.0 || b < 0.0 || c < 0.0) && (a > 0.0 || b > 0.0 || c > 0.0) {
+            return None;
+        }
+    }
+    let area = a + b + c;
+    if area == 0.0 {
+        return None;
+    }
+    let t = (a * f64::from(z[0]) + b * f64::from(z[1]) + c * f64::from(z[2])) / (area * f64::from(depth));
+    // After overflow this may be NaN, which no range of `t` contains.
+    Some(Crossing { t: t as f32, u: (b / area) as f32, v: (c / area) as f32 })
+}
+
+/// The edge functions again, with products that are exact in f64, and so with the right sign.
+#[cold]
+#[inline(never)]
+fn exact_edges(x: [f32; 3], y: [f32; 3]) -> [f64; 3] {
+    let (x, y) = (x.map(f64::from), y.map(f64::from));
+    [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::wide::Quad;
+    use proptest::prelude::*;
+
+    fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray {
+        Ray::new(origin.into(), direction.into())
+    }
+
+    #[test]
+    fn weights_belong_to_the_second_and_third_corner() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let ray = ShearedRay::new(&ray([0.25, 0.5, 2.0], [0.0, 0.0, -1.0]));
+        assert_eq!(scalar(&ray, corners), Some(Crossing { t: 2.0, u: 0.25, v: 0.5 }));
+    }
+
+    #[test]
+    fn crossings_lie_where_the_weights_say() {
+        let corners = [Vec3::new(1.0, 0.2, 3.0), Vec3::new(-1.0, 0.1, 2.5), Vec3::new(0.3, 1.5, 4.0)];
+        let ray = ray([0.1, -0.2, -1.0], [0.0, 0.15, 1.0]);
+        let hit = scalar(&ShearedRay::new(&ray), corners).unwrap();
+        let by_weights = corners[0] * (1.0 - hit.u - hit.v) + corners[1] * hit.u + corners[2] * hit.v;
+        assert!((ray.origin + ray.direction * hit.t).distance(by_weights) < 1e-6);
+    }
+
+    #[test]
+    fn degenerate_triangles_are_missed() {
+        let ray = ShearedRay::new(&ray([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]));
+        assert_eq!(scalar(&ray, [Vec3::ZERO; 3]), None);
+        assert_eq!(scalar(&ray, [Vec3::ZERO, Vec3::X, Vec3::X * 2.0]), None);
+        assert_eq!(scalar(&ray, [Vec3::NAN; 3]), None);
+    }
+
+    /// Small integers make edges that pass exactly through the ray likely.
+    fn coordinate() -> impl Strategy<Value = f32> {
+        prop_oneof![(-3i32..=3).prop_map(|i| i as f32), -10f32..10.0, Just(1e-30f32), Just(3e18f32), Just(2e30f32)]
+    }
+
+    fn vector() -> impl Strategy<Value = [f32; 3]> {
+        [coordinate(), coordinate(), coordinate()]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..Default::default() })]
+        #[test]
+        fn block_and_scalar_give_the_same_bits(
+            origin in vector(),
+            direction in vector(),
+            triangles in proptest::collection::vec([vector(), vector(), vector()], 4),
+        ) {
+            let ray = ray(origin, direction);
+            prop_assume!(ray.is_traceable());
+            let sheared = ShearedRay::new(&ray);
+            let words = Watertight::prepare(&ray);
+            let mut tri4 = Tri4::EMPTY;
+            for (lane, corners) in triangles.iter().enumerate() {
+                tri4.set(lane, corners.map(Vec3::from_array), lane as u32, 0);
+            }
+            let mask = Watertight::candidates(Quad, |_| &words, |_| &tri4).bitmask();
+            for (lane, corners) in triangles.iter().enumerate() {
+                let wide = if mask >> lane & 1 == 1 { Watertight::crossing(&words, &tri4, lane) } else { None };
+                let narrow = scalar(&sheared, corners.map(Vec3::from_array)).filter(|hit| hit.t > 0.0 || wide.is_some());
+                let bits = |c: Option<Crossing>| c.map(|c| [c.t, c.u, c.v].map(f32::to_bits));
+                prop_assert_eq!(bits(wide), bits(narrow));
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Two quads: AVX2 and FMA.
+
+#![allow(clippy::undocumented_unsafe_blocks)] // One reason covers them all: see `Avx2`.
+
+use super::{Wide, Words};
+use glam::Vec4;
+use std::arch::x86_64::*;
+
+/// AVX2, FMA, BMI, LZCNT and POPCNT: proof that this processor has it.
+///
+/// SAFETY of every intrinsic below: a value of this type exists only where [`crate::simd::Tier`] found them, and
+/// references are to as many bytes as are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Avx2(());
+
+impl Avx2 {
+    /// If this processor has it.
+    pub(in crate::simd) fn detect() -> Option<Avx2> {
+        (is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt"))
+        .then_some(Avx2(()))
+    }
+}
+
+/// 2²³ in the high half of a float's bits: under a 16-bit number, their sum.
+const MAGIC: i16 = 0x4b00;
+const MAGIC_FLOAT: f32 = 8_388_608.0;
+
+impl Wide for Avx2 {
+    const RAYS: usize = 2;
+    type Lanes = __m256;
+    type Mask = __m256;
+
+    #[inline(always)]
+    fn gather<'a>(self, mut at: impl FnMut(usize) -> &'a Words) -> __m256 {
+        unsafe {
+            let quad = |words: &Words| _mm_loadu_ps(words.as_ptr().cast());
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(quad(at(0))), quad(at(1)))
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(self, lanes: __m256, mut to: impl FnMut(usize, Words)) {
+        unsafe {
+            to(0, std::mem::transmute::<__m128, Words>(_mm256_castps256_ps128(lanes)));
+            to(1, std::mem::transmute::<__m128, Words>(_mm256_extractf128_ps::<1>(lanes)));
+        }
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f32) -> __m256 {
+        unsafe { _mm256_set1_ps(number) }
+    }
+
+    #[inline(always)]
+    fn spread<const LANE: usize>(self, lanes: __m256) -> __m256 {
+        unsafe {
+            match LANE {
+                0 => _mm256_permute_ps::<0b00_00_00_00>(lanes),
+                1 => _mm256_permute_ps::<0b01_01_01_01>(lanes),
+                2 => _mm256_permute_ps::<0b10_10_10_10>(lanes),
+                _ => _mm256_permute_ps::<0b11_11_11_11>(lanes),
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_add_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn about(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn abs(self, a: __m256) -> __m256 {
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+    }
+
+    #[inline(always)]
+    fn flipped(self, a: __m256, by: __m256) -> __m256 {
+        unsafe { _mm256_xor_ps(a, _mm256_and_ps(by, _mm256_set1_ps(-0.0))) }
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn at_most(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn grid_offset(self, origin: Vec4, scale: Vec4) -> Vec4 {
+        // Errs by half an ulp of 2²³·scale, which is half a step of the grid.
+        scale * MAGIC_FLOAT + origin * scale
+    }
+
+    #[inline(always)]
+    fn grid_low(self, words: __m256, scale: __m256, offset: __m256) -> __m256 {
+        unsafe {
+            let numbers = _mm256_unpacklo_epi16(_mm256_castps_si256(words), _mm256_set1_epi16(MAGIC));
+            _mm256_fmsub_ps(_mm256_castsi256_ps(numbers), scale, offset)
+        }
+    }
+
+    #[inline(always)]
+    fn grid_high(self, words: __m256, scale: __m256, offset: __m256) -> __m256 {
+        unsafe {
+            let numbers = _mm256_unpackhi_epi16(_mm256_castps_si256(words), _mm256_set1_epi16(MAGIC));
+            _mm256_fmsub_ps(_mm256_castsi256_ps(numbers), scale, offset)
+        }
+    }
+
+    #[inline(always)]
+    fn below(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn both(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_and_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn but_not(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_andnot_ps(b, a) }
+    }
+
+    #[inline(always)]
+    fn either(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_or_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn bits(self, mask: __m256) -> u32 {
+        unsafe { _mm256_movemask_ps(mask) as u32 }
+    }
+
+    #[inline(always)]
+    fn keys(self, distance: __m256, met: __m256) -> __m256 {
+        unsafe {
+            let distance = _mm256_andnot_ps(_mm256_castsi256_ps(_mm256_set1_epi32(3)), distance);
+            let lane = _mm256_castsi256_ps(_mm256_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3));
+            let missed = _mm256_xor_ps(met, _mm256_castsi256_ps(_mm256_set1_epi32(-1)));
+            _mm256_or_ps(_mm256_or_ps(distance, lane), missed)
+        }
+    }
+
+    #[inline(always)]
+    fn sorted(self, keys: __m256) -> __m256 {
+        unsafe {
+            // Batcher's network. In each stage a lane and its partner both compute the pair's larger and smaller key.
+            let keys = _mm256_castps_si256(keys);
+            let partner = _mm256_shuffle_epi32::<0b10_11_00_01>(keys);
+            let (large, small) = (_mm256_max_epi32(keys, partner), _mm256_min_epi32(keys, partner));
+            let keys = _mm256_blend_epi32::<0b1010_1010>(large, small);
+            let partner = _mm256_shuffle_epi32::<0b01_00_11_10>(keys);
+            let (large, small) = (_mm256_max_epi32(keys, partner), _mm256_min_epi32(keys, partner));
+            let keys = _mm256_blend_epi32::<0b1100_1100>(large, small);
+            let partner = _mm256_shuffle_epi32::<0b11_01_10_00>(keys);
+            let (large, small) = (_mm256_max_epi32(keys, partner), _mm256_min_epi32(keys, partner));
+            _mm256_castsi256_ps(_mm256_blend_epi32::<0b1100_1100>(large, small))
+        }
+    }
+
+    #[inline(always)]
+    fn permuted(self, lanes: __m256, by: __m256) -> __m256 {
+        unsafe { _mm256_permutevar_ps(lanes, _mm256_castps_si256(by)) }
+    }
+}

@@ -1,0 +1,200 @@
+//! Four quads: AVX-512.
+
+#![allow(clippy::undocumented_unsafe_blocks)] // One reason covers them all: see `Avx512`.
+
+use super::{Wide, Words};
+use glam::Vec4;
+use std::arch::x86_64::*;
+
+/// AVX-512 F, VL, BW and DQ, and all of [`super::avx2::Avx2`]: proof that this processor has it.
+///
+/// SAFETY of every intrinsic below: a value of this type exists only where [`crate::simd::Tier`] found them, and
+/// references are to as many bytes as are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Avx512(());
+
+impl Avx512 {
+    /// If this processor has it.
+    pub(in crate::simd) fn detect() -> Option<Avx512> {
+        (super::avx2::Avx2::detect().is_some()
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq"))
+        .then_some(Avx512(()))
+    }
+}
+
+/// 2²³ in the high half of a float's bits: under a 16-bit number, their sum.
+const MAGIC: i16 = 0x4b00;
+const MAGIC_FLOAT: f32 = 8_388_608.0;
+
+impl Wide for Avx512 {
+    const RAYS: usize = 4;
+    type Lanes = __m512;
+    type Mask = __mmask16;
+
+    #[inline(always)]
+    fn gather<'a>(self, mut at: impl FnMut(usize) -> &'a Words) -> __m512 {
+        unsafe {
+            let quad = |words: &Words| _mm_loadu_ps(words.as_ptr().cast());
+            let lanes = _mm512_castps128_ps512(quad(at(0)));
+            let lanes = _mm512_insertf32x4::<1>(lanes, quad(at(1)));
+            let lanes = _mm512_insertf32x4::<2>(lanes, quad(at(2)));
+            _mm512_insertf32x4::<3>(lanes, quad(at(3)))
+        }
+    }
+
+    #[inline(always)]
+    fn scatter(self, lanes: __m512, mut to: impl FnMut(usize, Words)) {
+        unsafe {
+            to(0, std::mem::transmute::<__m128, Words>(_mm512_castps512_ps128(lanes)));
+            to(1, std::mem::transmute::<__m128, Words>(_mm512_extractf32x4_ps::<1>(lanes)));
+            to(2, std::mem::transmute::<__m128, Words>(_mm512_extractf32x4_ps::<2>(lanes)));
+            to(3, std::mem::transmute::<__m128, Words>(_mm512_extractf32x4_ps::<3>(lanes)));
+        }
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f32) -> __m512 {
+        unsafe { _mm512_set1_ps(number) }
+    }
+
+    #[inline(always)]
+    fn spread<const LANE: usize>(self, lanes: __m512) -> __m512 {
+        unsafe {
+            match LANE {
+                0 => _mm512_permute_ps::<0b00_00_00_00>(lanes),
+                1 => _mm512_permute_ps::<0b01_01_01_01>(lanes),
+                2 => _mm512_permute_ps::<0b10_10_10_10>(lanes),
+                _ => _mm512_permute_ps::<0b11_11_11_11>(lanes),
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add(self, a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_add_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn sub(self, a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_sub_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn mul(self, a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_mul_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn about(self, a: __m512, b: __m512, c: __m512) -> __m512 {
+        unsafe { _mm512_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn abs(self, a: __m512) -> __m512 {
+        unsafe { _mm512_abs_ps(a) }
+    }
+
+    #[inline(always)]
+    fn flipped(self, a: __m512, by: __m512) -> __m512 {
+        unsafe { _mm512_xor_ps(a, _mm512_and_ps(by, _mm512_set1_ps(-0.0))) }
+    }
+
+    #[inline(always)]
+    fn min(self, a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max(self, a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn at_most(self, a: __m512, b: __m512) -> __mmask16 {
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn grid_offset(self, origin: Vec4, scale: Vec4) -> Vec4 {
+        // Errs by half an ulp of 2²³·scale, which is half a step of the grid.
+        scale * MAGIC_FLOAT + origin * scale
+    }
+
+    #[inline(always)]
+    fn grid_low(self, words: __m512, scale: __m512, offset: __m512) -> __m512 {
+        unsafe {
+            let numbers = _mm512_unpacklo_epi16(_mm512_castps_si512(words), _mm512_set1_epi16(MAGIC));
+            _mm512_fmsub_ps(_mm512_castsi512_ps(numbers), scale, offset)
+        }
+    }
+
+    #[inline(always)]
+    fn grid_high(self, words: __m512, scale: __m512, offset: __m512) -> __m512 {
+        unsafe {
+            let numbers = _mm512_unpackhi_epi16(_mm512_castps_si512(words), _mm512_set1_epi16(MAGIC));
+            _mm512_fmsub_ps(_mm512_castsi512_ps(numbers), scale, offset)
+        }
+    }
+
+    #[inline(always)]
+    fn below(self, a: __m512, b: __m512) -> __mmask16 {
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b) }
+    }
+
+    #[inline(always)]
+    fn both(self, a: __mmask16, b: __mmask16) -> __mmask16 {
+        a & b
+    }
+
+    #[inline(always)]
+    fn but_not(self, a: __mmask16, b: __mmask16) -> __mmask16 {
+        a & !b
+    }
+
+    #[inline(always)]
+    fn either(self, a: __mmask16, b: __mmask16) -> __mmask16 {
+        a | b
+    }
+
+    #[inline(always)]
+    fn bits(self, mask: __mmask16) -> u32 {
+        u32::from(mask)
+    }
+
+    #[inline(always)]
+    fn keys(self, distance: __m512, met: __mmask16) -> __m512 {
+        unsafe {
+            // (distance & !3) | lane, in one instruction; −1 where missed.
+            let lane = _mm512_setr4_epi32(0, 1, 2, 3);
+            let distance = _mm512_castps_si512(distance);
+            let keys = _mm512_ternarylogic_epi32::<0b1011_1010>(distance, _mm512_set1_epi32(3), lane);
+            _mm512_castsi512_ps(_mm512_mask_mov_epi32(_mm512_set1_epi32(-1), met, keys))
+        }
+    }
+
+    #[inline(always)]
+    fn sorted(self, keys: __m512) -> __m512 {
+        unsafe {
+            // Batcher's network. In each stage every lane takes the larger key of its pair, and those at the end of a pair
+            // the smaller one after all.
+            let keys = _mm512_castps_si512(keys);
+            let partner = _mm512_shuffle_epi32::<0b10_11_00_01>(keys);
+            let large = _mm512_max_epi32(keys, partner);
+            let keys = _mm512_mask_min_epi32(large, 0xaaaa, keys, partner);
+            let partner = _mm512_shuffle_epi32::<0b01_00_11_10>(keys);
+            let large = _mm512_max_epi32(keys, partner);
+            let keys = _mm512_mask_min_epi32(large, 0xcccc, keys, partner);
+            let partner = _mm512_shuffle_epi32::<0b11_01_10_00>(keys);
+            let large = _mm512_max_epi32(keys, partner);
+            _mm512_castsi512_ps(_mm512_mask_min_epi32(large, 0x4444, keys, partner))
+        }
+    }
+
+    #[inline(always)]
+    fn permuted(self, lanes: __m512, by: __m512) -> __m512 {
+        unsafe { _mm512_permutevar_ps(lanes, _mm512_castps_si512(by)) }
+    }
+}

@@ -1,0 +1,162 @@
+//! One quad: what every processor has, by way of glam (SSE2, NEON, or scalars). Also what the other tiers are tested by.
+
+use super::{Wide, Words};
+use glam::{BVec4A, Vec4};
+
+/// One ray a vector.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad;
+
+#[inline(always)]
+fn words(lanes: Vec4) -> Words {
+    lanes.to_array().map(f32::to_bits)
+}
+
+#[inline(always)]
+fn lanes(words: Words) -> Vec4 {
+    Vec4::from_array(words.map(f32::from_bits))
+}
+
+impl Wide for Quad {
+    const RAYS: usize = 1;
+    type Lanes = Vec4;
+    type Mask = BVec4A;
+
+    #[inline(always)]
+    fn gather<'a>(self, mut at: impl FnMut(usize) -> &'a Words) -> Vec4 {
+        lanes(*at(0))
+    }
+
+    #[inline(always)]
+    fn scatter(self, lanes: Vec4, mut to: impl FnMut(usize, Words)) {
+        to(0, words(lanes));
+    }
+
+    #[inline(always)]
+    fn splat(self, number: f32) -> Vec4 {
+        Vec4::splat(number)
+    }
+
+    #[inline(always)]
+    fn spread<const LANE: usize>(self, lanes: Vec4) -> Vec4 {
+        Vec4::splat(lanes[LANE])
+    }
+
+    #[inline(always)]
+    fn add(self, a: Vec4, b: Vec4) -> Vec4 {
+        a + b
+    }
+
+    #[inline(always)]
+    fn sub(self, a: Vec4, b: Vec4) -> Vec4 {
+        a - b
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Vec4, b: Vec4) -> Vec4 {
+        a * b
+    }
+
+    #[inline(always)]
+    fn about(self, a: Vec4, b: Vec4, c: Vec4) -> Vec4 {
+        a * b + c
+    }
+
+    #[inline(always)]
+    fn abs(self, a: Vec4) -> Vec4 {
+        a.abs()
+    }
+
+    #[inline(always)]
+    fn flipped(self, a: Vec4, by: Vec4) -> Vec4 {
+        lanes(std::array::from_fn(|i| words(a)[i] ^ words(by)[i] & 1 << 31))
+    }
+
+    #[inline(always)]
+    fn min(self, a: Vec4, b: Vec4) -> Vec4 {
+        a.min(b)
+    }
+
+    #[inline(always)]
+    fn max(self, a: Vec4, b: Vec4) -> Vec4 {
+        a.max(b)
+    }
+
+    #[inline(always)]
+    fn at_most(self, a: Vec4, b: Vec4) -> BVec4A {
+        a.cmple(b)
+    }
+
+    #[inline(always)]
+    fn grid_offset(self, origin: Vec4, _: Vec4) -> Vec4 {
+        origin
+    }
+
+    #[inline(always)]
+    fn grid_low(self, words: Vec4, scale: Vec4, offset: Vec4) -> Vec4 {
+        let [a, b, _, _] = self::words(words);
+        grid([a, b], scale, offset)
+    }
+
+    #[inline(always)]
+    fn grid_high(self, words: Vec4, scale: Vec4, offset: Vec4) -> Vec4 {
+        let [_, _, a, b] = self::words(words);
+        grid([a, b], scale, offset)
+    }
+
+    #[inline(always)]
+    fn below(self, a: Vec4, b: Vec4) -> BVec4A {
+        a.cmplt(b)
+    }
+
+    #[inline(always)]
+    fn both(self, a: BVec4A, b: BVec4A) -> BVec4A {
+        a & b
+    }
+
+    #[inline(always)]
+    fn but_not(self, a: BVec4A, b: BVec4A) -> BVec4A {
+        a & !b
+    }
+
+    #[inline(always)]
+    fn either(self, a: BVec4A, b: BVec4A) -> BVec4A {
+        a | b
+    }
+
+    #[inline(always)]
+    fn bits(self, mask: BVec4A) -> u32 {
+        mask.bitmask()
+    }
+
+    #[inline(always)]
+    fn keys(self, distance: Vec4, met: BVec4A) -> Vec4 {
+        let (distance, met) = (words(distance), met.bitmask());
+        lanes(std::array::from_fn(|i| if met >> i & 1 == 1 { distance[i] & !3 | i as u32 } else { u32::MAX }))
+    }
+
+    #[inline(always)]
+    fn sorted(self, keys: Vec4) -> Vec4 {
+        let [a, b, c, d] = words(keys).map(|key| key as i32);
+        let order = |a: i32, b: i32| (a.max(b), a.min(b));
+        let (a, b) = order(a, b);
+        let (c, d) = order(c, d);
+        let (a, c) = order(a, c);
+        let (b, d) = order(b, d);
+        let (b, c) = order(b, c);
+        lanes([a, b, c, d].map(|key| key as u32))
+    }
+
+    #[inline(always)]
+    fn permuted(self, lanes: Vec4, by: Vec4) -> Vec4 {
+        let (from, by) = (words(lanes), words(by));
+        self::lanes(by.map(|lane| from[lane as usize & 3]))
+    }
+}
+
+/// Four numbers of 16 bits on the ray. The other tiers fuse a product with a difference; without, the difference comes first.
+#[inline(always)]
+fn grid(pairs: [u32; 2], scale: Vec4, offset: Vec4) -> Vec4 {
+    let number = |i: usize| (pairs[i / 2] >> (16 * (i % 2)) & 0xffff) as f32;
+    (Vec4::new(number(0), number(1), number(2), number(3)) - offset) * scale
+}
