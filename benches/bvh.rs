@@ -65,7 +65,7 @@ const PLAIN: (Traversal, Tier) = (Traversal::Single, Tier::Baseline);
 
 /// Every way through the tree on every tier.
 fn kernels() -> Vec<(Traversal, Tier)> {
-    let ways = [Traversal::Single, Traversal::InFlight];
+    let ways = Traversal::ALL;
     ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
 }
 

@@ -19,8 +19,8 @@ use crate::simd::wide::{Wide, Words};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct GridNode4 {
-    /// By axis: the four low planes in the first two words, the four high planes in the others.
-    planes: [Words; 3],
+    /// By axis, then the four low planes before the four high ones.
+    planes: [[[u16; 4]; 2]; 3],
     /// References; empty slots repeat the first.
     children: Words,
 }
@@ -74,21 +74,15 @@ impl Grid {
             }
         }
         let children = node.children.map(|child| if child == Child::EMPTY { node.children[0] } else { child });
-        Some(GridNode4 {
-            planes: planes.map(|[[a, b, c, d], [e, f, g, h]]| {
-                let pair = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
-                [pair(a, b), pair(c, d), pair(e, f), pair(g, h)]
-            }),
-            children: children.map(Child::bits),
-        })
+        Some(GridNode4 { planes, children: children.map(Child::bits) })
     }
 }
 
 impl GridNode4 {
-    /// One plane.
+    /// The planes of an axis, as vectors take them.
     #[inline(always)]
-    fn plane(&self, axis: usize, side: usize, lane: usize) -> u16 {
-        (self.planes[axis][2 * side + lane / 2] >> (16 * (lane % 2))) as u16
+    fn words(&self, axis: usize) -> &Words {
+        bytemuck::cast_ref(&self.planes[axis])
     }
 }
 
@@ -108,10 +102,7 @@ impl Node for GridNode4 {
 
     #[inline(always)]
     fn planes(&self) -> [[Vec4; 3]; 2] {
-        let number = |axis: usize, side: usize, lane: usize| f32::from(self.plane(axis, side, lane));
-        std::array::from_fn(|side| {
-            std::array::from_fn(|axis| Vec4::from_array(std::array::from_fn(|lane| number(axis, side, lane))))
-        })
+        [0, 1].map(|side| [0, 1, 2].map(|axis| Vec4::from_array(self.planes[axis][side].map(f32::from))))
     }
 
     #[inline(always)]
@@ -121,10 +112,10 @@ impl Node for GridNode4 {
 
     fn child_box(&self, grid: &Grid, lane: usize) -> Option<Aabb> {
         let corner = |side: usize| {
-            let numbers = Vec3::from_array(std::array::from_fn(|axis| f32::from(self.plane(axis, side, lane))));
+            let numbers = Vec3::from_array(std::array::from_fn(|axis| f32::from(self.planes[axis][side][lane])));
             grid.origin + grid.step * numbers
         };
-        (self.plane(0, 0, lane) != EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
+        (self.planes[0][0][lane] != EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
     }
 
     #[inline(always)]
@@ -160,16 +151,36 @@ impl Node for GridNode4 {
         slab: impl Fn(usize, usize) -> &'a Words + Copy,
     ) -> (W::Lanes, W::Lanes) {
         let (scale, offset) = (wide.gather(|ray| slab(ray, 0)), wide.gather(|ray| slab(ray, 1)));
-        let x = wide.gather(|ray| &node(ray).planes[0]);
+        let x = wide.gather(|ray| node(ray).words(0));
         let (x0, x1) = pair(wide, x, wide.spread::<0>(scale), wide.spread::<0>(offset));
-        let y = wide.gather(|ray| &node(ray).planes[1]);
+        let y = wide.gather(|ray| node(ray).words(1));
         let (y0, y1) = pair(wide, y, wide.spread::<1>(scale), wide.spread::<1>(offset));
-        let z = wide.gather(|ray| &node(ray).planes[2]);
+        let z = wide.gather(|ray| node(ray).words(2));
         let (z0, z1) = pair(wide, z, wide.spread::<2>(scale), wide.spread::<2>(offset));
         let entry = wide.max(wide.max(x0, y0), wide.max(z0, wide.spread::<3>(offset)));
         let exit = wide.min(wide.min(x1, y1), wide.min(z1, wide.spread::<3>(scale)));
         (entry, exit)
     }
+
+    #[inline(always)]
+    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
+        let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
+        let number = |axis: usize, side: usize| self.planes[axis][side][lane & 3];
+        let (x0, x1) = crossed(wide, number(0, 0), number(0, 1), sx, ox);
+        let (y0, y1) = crossed(wide, number(1, 0), number(1, 1), sy, oy);
+        let (z0, z1) = crossed(wide, number(2, 0), number(2, 1), sz, oz);
+        let entry = wide.max(wide.max(x0, y0), wide.max(z0, t_min));
+        let exit = wide.min(wide.min(x1, y1), wide.min(z1, t_max));
+        (entry, exit)
+    }
+}
+
+/// Where rays cross two planes, the nearer first.
+#[inline(always)]
+fn crossed<W: Wide>(wide: W, low: u16, high: u16, scale: W::Lanes, offset: W::Lanes) -> (W::Lanes, W::Lanes) {
+    let low = wide.grid(low, scale, offset);
+    let high = wide.grid(high, scale, offset);
+    (wide.min(low, high), wide.max(low, high))
 }
 
 /// Where rays cross the nearer and the farther planes of an axis.

@@ -15,15 +15,62 @@ pub trait Intersect: Copy + Send + Sync {
     /// The same of four rays, a column a word.
     fn prepare4(rays: &Rays4) -> [[Vec4; 4]; 2];
 
-    /// The triangles that rays may hit, a quad each: [`Intersect::crossing`] decides.
+    /// The first of the three rows of a block ([`Tri4::rows`]) that hold the coordinate which the ray takes as its x, y or
+    /// z; `words` are the first that were prepared.
+    fn first_row(words: &Words, axis: u32) -> usize;
+
+    /// Which lanes' rays may hit which lanes' triangles: [`Intersect::crossing`] decides. `corners` by corner, then by the
+    /// ray's axis.
+    fn test<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, corners: [[W::Lanes; 3]; 3]) -> W::Mask;
+
+    /// The triangles that rays may hit, a quad of each a ray.
+    #[inline(always)]
     fn candidates<'a, W: Wide>(
         wide: W,
         ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
         block: impl Fn(usize) -> &'a Tri4 + Copy,
-    ) -> W::Mask;
+    ) -> W::Mask {
+        let (a, b) = (wide.gather(|r| &ray(r)[0]), wide.gather(|r| &ray(r)[1]));
+        let rays = RayLanes {
+            origin: [wide.spread::<0>(a), wide.spread::<1>(a), wide.spread::<2>(a)],
+            direction: [wide.spread::<0>(b), wide.spread::<1>(b), wide.spread::<2>(b)],
+            t_max: wide.spread::<3>(b),
+        };
+        let corners = [
+            corner::<Self, W, 0>(wide, ray, block),
+            corner::<Self, W, 1>(wide, ray, block),
+            corner::<Self, W, 2>(wide, ray, block),
+        ];
+        Self::test(wide, &rays, corners)
+    }
 
     /// Where the ray crosses the triangle in one lane, if it does; not yet limited in `t`.
     fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing>;
+}
+
+/// Prepared rays, by component.
+#[derive(Clone, Copy, Debug)]
+pub struct RayLanes<L> {
+    /// Their origins, or what the test takes for them.
+    pub origin: [L; 3],
+    /// Their directions, likewise.
+    pub direction: [L; 3],
+    /// Their ends.
+    pub t_max: L,
+}
+
+/// One corner of four triangles a ray. (No closure: those with vectors in them must be inlined.)
+#[inline(always)]
+fn corner<'a, I: Intersect, W: Wide, const CORNER: usize>(
+    wide: W,
+    ray: impl Fn(usize) -> &'a [Words; 2],
+    block: impl Fn(usize) -> &'a Tri4,
+) -> [W::Lanes; 3] {
+    [
+        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 0) + CORNER]),
+        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 1) + CORNER]),
+        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 2) + CORNER]),
+    ]
 }
 
 /// Where a ray meets a triangle; on the whole line, not yet limited to `t_min < t <= t_max`.

@@ -6,7 +6,7 @@
 
 use glam::{Vec3, Vec4};
 
-use super::intersect::{Crossing, Intersect};
+use super::intersect::{Crossing, Intersect, RayLanes};
 use super::ray::Ray;
 use super::rays4::Rays4;
 use super::tri4::Tri4;
@@ -30,16 +30,13 @@ impl Intersect for MollerTrumbore {
     }
 
     #[inline(always)]
-    fn candidates<'a, W: Wide>(
-        wide: W,
-        ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
-        block: impl Fn(usize) -> &'a Tri4 + Copy,
-    ) -> W::Mask {
-        let (origin, direction) = (wide.gather(|r| &ray(r)[0]), wide.gather(|r| &ray(r)[1]));
-        let origin = [wide.spread::<0>(origin), wide.spread::<1>(origin), wide.spread::<2>(origin)];
-        let t_max = wide.spread::<3>(direction);
-        let direction = [wide.spread::<0>(direction), wide.spread::<1>(direction), wide.spread::<2>(direction)];
-        let (a, b, c) = (corner::<W, 0>(wide, block), corner::<W, 1>(wide, block), corner::<W, 2>(wide, block));
+    fn first_row(_: &Words, axis: u32) -> usize {
+        3 * axis as usize
+    }
+
+    #[inline(always)]
+    fn test<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, [a, b, c]: [[W::Lanes; 3]; 3]) -> W::Mask {
+        let RayLanes { origin, direction, t_max } = *rays;
         let (e1, e2, s) = (minus(wide, b, a), minus(wide, c, a), minus(wide, origin, a));
         let p = cross(wide, direction, e2);
         let determinant = dot(wide, e1, p);
@@ -79,16 +76,6 @@ pub fn scalar(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Cro
     let magnitude = determinant.abs();
     let inside = u >= 0.0 && v >= 0.0 && u + v <= magnitude && magnitude > 0.0;
     inside.then(|| Crossing { t: t / magnitude, u: u / magnitude, v: v / magnitude })
-}
-
-/// One corner of four triangles a ray.
-#[inline(always)]
-fn corner<'a, W: Wide, const CORNER: usize>(wide: W, block: impl Fn(usize) -> &'a Tri4) -> [W::Lanes; 3] {
-    [
-        wide.gather(|r| &block(r).rows()[CORNER]),
-        wide.gather(|r| &block(r).rows()[3 + CORNER]),
-        wide.gather(|r| &block(r).rows()[6 + CORNER]),
-    ]
 }
 
 #[inline(always)]

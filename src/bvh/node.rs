@@ -40,4 +40,7 @@ pub trait Node: Pod + Send + Sync {
         node: impl Fn(usize) -> &'a Self + Copy,
         slab: impl Fn(usize, usize) -> &'a Words + Copy,
     ) -> (W::Lanes, W::Lanes);
+
+    /// The same of one child for a ray a lane; `slab` by word, as [`Node::slab`] gives it.
+    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes);
 }

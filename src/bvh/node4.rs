@@ -86,6 +86,26 @@ impl Node for Node4 {
         let exit = wide.min(wide.min(x1, y1), wide.min(z1, wide.spread::<3>(scale)));
         (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
     }
+
+    #[inline(always)]
+    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
+        let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
+        let plane = |side: usize, axis: usize| self.planes[side][axis][lane & 3];
+        let (x0, x1) = crossed(wide, plane(0, 0), plane(1, 0), ox, sx);
+        let (y0, y1) = crossed(wide, plane(0, 1), plane(1, 1), oy, sy);
+        let (z0, z1) = crossed(wide, plane(0, 2), plane(1, 2), oz, sz);
+        let entry = wide.max(wide.max(x0, y0), wide.max(z0, t_min));
+        let exit = wide.min(wide.min(x1, y1), wide.min(z1, t_max));
+        (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
+    }
+}
+
+/// Where rays cross two planes, the nearer first.
+#[inline(always)]
+fn crossed<W: Wide>(wide: W, low: f32, high: f32, origin: W::Lanes, scale: W::Lanes) -> (W::Lanes, W::Lanes) {
+    let low = wide.mul(wide.sub(wide.splat(low), origin), scale);
+    let high = wide.mul(wide.sub(wide.splat(high), origin), scale);
+    (wide.min(low, high), wide.max(low, high))
 }
 
 /// Where rays cross the nearer and the farther planes of an axis. (No closure: those with vectors in them must be inlined.)

@@ -9,7 +9,7 @@
 
 use glam::{Vec3, Vec3Swizzles, Vec4};
 
-use super::intersect::{Crossing, Intersect, beyond_ends};
+use super::intersect::{Crossing, Intersect, RayLanes, beyond_ends};
 use super::ray::Ray;
 use super::rays4::Rays4;
 use super::tri4::Tri4;
@@ -80,18 +80,14 @@ impl Intersect for Watertight {
     }
 
     #[inline(always)]
-    fn candidates<'a, W: Wide>(
-        wide: W,
-        ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
-        block: impl Fn(usize) -> &'a Tri4 + Copy,
-    ) -> W::Mask {
-        let origin = wide.gather(|r| &ray(r)[0]);
-        let shears = wide.gather(|r| &ray(r)[1]);
-        let origin = [wide.spread::<0>(origin), wide.spread::<1>(origin), wide.spread::<2>(origin)];
-        let shear = [wide.spread::<0>(shears), wide.spread::<1>(shears)];
-        let a = sheared::<W, 0>(wide, ray, block, origin, shear);
-        let b = sheared::<W, 1>(wide, ray, block, origin, shear);
-        let c = sheared::<W, 2>(wide, ray, block, origin, shear);
+    fn first_row(words: &Words, axis: u32) -> usize {
+        // The mask spares a bounds check: there are 12 rows.
+        (words[3] >> (8 * axis) & 7) as usize
+    }
+
+    #[inline(always)]
+    fn test<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, [a, b, c]: [[W::Lanes; 3]; 3]) -> W::Mask {
+        let (a, b, c) = (sheared(wide, rays, a), sheared(wide, rays, b), sheared(wide, rays, c));
         let edges = [edge(wide, c, b), edge(wide, a, c), edge(wide, b, a)];
         let least = wide.min(wide.min(edges[0], edges[1]), edges[2]);
         let most = wide.max(wide.max(edges[0], edges[1]), edges[2]);
@@ -100,38 +96,26 @@ impl Intersect for Watertight {
         let inside = wide.either(wide.at_most(zero, least), wide.at_most(most, zero));
         // Where an edge function is 0, the weights that count are others.
         let strictly = wide.either(wide.below(zero, least), wide.below(most, zero));
-        let (depth, t_max) = (wide.spread::<2>(shears), wide.spread::<3>(shears));
-        let beyond = beyond_ends(wide, edges, [a[2], b[2], c[2]], depth, t_max);
+        let beyond = beyond_ends(wide, edges, [a[2], b[2], c[2]], rays.direction[2], rays.t_max);
         wide.but_not(inside, wide.both(strictly, beyond))
     }
 
     #[inline(always)]
     fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing> {
         let [origin, shear] = ray.map(|words| words.map(f32::from_bits));
-        let axes: [usize; 3] = std::array::from_fn(|axis| (ray[0][3] >> (8 * axis) & 7) as usize);
         let rows = block.rows();
-        let corner = |axis: usize, corner: usize| f32::from_bits(rows[axes[axis] + corner][lane & 3]);
-        let corners = |axis: usize| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
+        let corner = |axis: u32, corner: usize| f32::from_bits(rows[Self::first_row(&ray[0], axis) + corner][lane & 3]);
+        let corners = |axis: u32| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
         cross([origin[0], origin[1], origin[2]], [shear[0], shear[1]], shear[2], [corners(0), corners(1), corners(2)])
     }
 }
 
-/// One corner of four triangles a ray, seen from the ray.
+/// A corner as seen from the ray.
 #[inline(always)]
-fn sheared<'a, W: Wide, const CORNER: usize>(
-    wide: W,
-    ray: impl Fn(usize) -> &'a [Words; 2],
-    block: impl Fn(usize) -> &'a Tri4,
-    origin: [W::Lanes; 3],
-    shear: [W::Lanes; 2],
-) -> [W::Lanes; 3] {
-    // The mask spares a bounds check: there are 12 rows.
-    let x = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] & 7) as usize + CORNER]);
-    let y = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] >> 8 & 7) as usize + CORNER]);
-    let z = wide.gather(|r| &block(r).rows()[(ray(r)[0][3] >> 16 & 7) as usize + CORNER]);
-    let z = wide.sub(z, origin[2]);
-    let x = wide.sub(wide.sub(x, origin[0]), wide.mul(shear[0], z));
-    let y = wide.sub(wide.sub(y, origin[1]), wide.mul(shear[1], z));
+fn sheared<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, [x, y, z]: [W::Lanes; 3]) -> [W::Lanes; 3] {
+    let z = wide.sub(z, rays.origin[2]);
+    let x = wide.sub(wide.sub(x, rays.origin[0]), wide.mul(rays.direction[0], z));
+    let y = wide.sub(wide.sub(y, rays.origin[1]), wide.mul(rays.direction[1], z));
     [x, y, z]
 }
 

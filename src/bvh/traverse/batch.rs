@@ -4,7 +4,7 @@
 use super::any_hit::any_hit;
 use super::closest_hit::closest_hit;
 use super::stack::Stack;
-use super::{Traversal, Tree, TreeKernel, wave};
+use super::{Traversal, Tree, TreeKernel, packet, wave};
 use crate::bvh::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
@@ -72,6 +72,14 @@ impl Batch<'_> {
             (Traversal::InFlight, Results::Any(occluded)) => {
                 let occluded = &mut occluded[..rays.len()];
                 self.tier.run_wide(WaveAny::<N, I, SPHERES, COUNT> { tree, rays, occluded, test })
+            }
+            (Traversal::Packet, Results::Closest(hits)) => {
+                let hits = hits.trimmed(rays.len());
+                self.tier.run_wide(PacketClosest::<N, I, SPHERES, COUNT> { tree, rays, hits, test })
+            }
+            (Traversal::Packet, Results::Any(occluded)) => {
+                let occluded = &mut occluded[..rays.len()];
+                self.tier.run_wide(PacketAny::<N, I, SPHERES, COUNT> { tree, rays, occluded, test })
             }
         }
     }
@@ -152,6 +160,42 @@ impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel f
     #[inline(always)]
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
         wave::trace::<W, N, I, true, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| {
+            self.occluded[row] = hit.is_some();
+        })
+    }
+}
+
+struct PacketClosest<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
+    tree: Tree<'a, N>,
+    rays: RayColumns<'a>,
+    hits: HitColumnsMut<'a>,
+    test: PhantomData<I>,
+}
+
+impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel
+    for PacketClosest<'_, N, I, SPHERES, COUNT>
+{
+    type Output = TraversalCounts;
+
+    #[inline(always)]
+    fn run<W: Wide>(mut self, wide: W) -> TraversalCounts {
+        packet::trace::<W, N, I, false, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| self.hits.set(row, hit))
+    }
+}
+
+struct PacketAny<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
+    tree: Tree<'a, N>,
+    rays: RayColumns<'a>,
+    occluded: &'a mut [bool],
+    test: PhantomData<I>,
+}
+
+impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel for PacketAny<'_, N, I, SPHERES, COUNT> {
+    type Output = TraversalCounts;
+
+    #[inline(always)]
+    fn run<W: Wide>(self, wide: W) -> TraversalCounts {
+        packet::trace::<W, N, I, true, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| {
             self.occluded[row] = hit.is_some();
         })
     }

@@ -9,6 +9,7 @@ mod batch;
 mod closest_hit;
 mod leaf;
 mod one_ray;
+mod packet;
 pub(super) mod slab;
 pub(super) mod stack;
 mod wave;
@@ -74,6 +75,13 @@ pub enum Traversal {
     Single,
     /// Many rays at once: hides the waits for memory and for mispredicted branches.
     InFlight,
+    /// Neighbours together: they share their visits, if they go the same way.
+    Packet,
+}
+
+impl Traversal {
+    /// All of them.
+    pub const ALL: [Traversal; 3] = [Traversal::Single, Traversal::InFlight, Traversal::Packet];
 }
 
 /// Bytes of a tree from which incoherent rays go in flight: below, everything is in the caches near the core, and there

@@ -2,7 +2,7 @@
 
 #![allow(clippy::undocumented_unsafe_blocks)] // One reason covers them all: see `Avx2`.
 
-use super::{Wide, Words};
+use super::{MOST_LANES, Wide, Words};
 use glam::Vec4;
 use std::arch::x86_64::*;
 
@@ -41,6 +41,11 @@ impl Wide for Avx2 {
             let quad = |words: &Words| _mm_loadu_ps(words.as_ptr().cast());
             _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(quad(at(0))), quad(at(1)))
         }
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32; MOST_LANES]) -> __m256 {
+        unsafe { _mm256_loadu_ps(from.as_ptr()) }
     }
 
     #[inline(always)]
@@ -125,6 +130,11 @@ impl Wide for Avx2 {
             let numbers = _mm256_unpacklo_epi16(_mm256_castps_si256(words), _mm256_set1_epi16(MAGIC));
             _mm256_fmsub_ps(_mm256_castsi256_ps(numbers), scale, offset)
         }
+    }
+
+    #[inline(always)]
+    fn grid(self, number: u16, scale: __m256, offset: __m256) -> __m256 {
+        unsafe { _mm256_fmsub_ps(_mm256_set1_ps(MAGIC_FLOAT + f32::from(number)), scale, offset) }
     }
 
     #[inline(always)]

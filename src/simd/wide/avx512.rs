@@ -2,7 +2,7 @@
 
 #![allow(clippy::undocumented_unsafe_blocks)] // One reason covers them all: see `Avx512`.
 
-use super::{Wide, Words};
+use super::{MOST_LANES, Wide, Words};
 use glam::Vec4;
 use std::arch::x86_64::*;
 
@@ -43,6 +43,11 @@ impl Wide for Avx512 {
             let lanes = _mm512_insertf32x4::<2>(lanes, quad(at(2)));
             _mm512_insertf32x4::<3>(lanes, quad(at(3)))
         }
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32; MOST_LANES]) -> __m512 {
+        unsafe { _mm512_loadu_ps(from.as_ptr()) }
     }
 
     #[inline(always)]
@@ -129,6 +134,11 @@ impl Wide for Avx512 {
             let numbers = _mm512_unpacklo_epi16(_mm512_castps_si512(words), _mm512_set1_epi16(MAGIC));
             _mm512_fmsub_ps(_mm512_castsi512_ps(numbers), scale, offset)
         }
+    }
+
+    #[inline(always)]
+    fn grid(self, number: u16, scale: __m512, offset: __m512) -> __m512 {
+        unsafe { _mm512_fmsub_ps(_mm512_set1_ps(MAGIC_FLOAT + f32::from(number)), scale, offset) }
     }
 
     #[inline(always)]

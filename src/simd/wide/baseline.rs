@@ -1,6 +1,6 @@
 //! One quad: what every processor has, by way of glam (SSE2, NEON, or scalars). Also what the other tiers are tested by.
 
-use super::{Wide, Words};
+use super::{MOST_LANES, Wide, Words};
 use glam::{BVec4A, Vec4};
 
 /// One ray a vector.
@@ -25,6 +25,11 @@ impl Wide for Quad {
     #[inline(always)]
     fn gather<'a>(self, mut at: impl FnMut(usize) -> &'a Words) -> Vec4 {
         lanes(*at(0))
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32; MOST_LANES]) -> Vec4 {
+        Vec4::from_slice(&from[..4])
     }
 
     #[inline(always)]
@@ -96,6 +101,11 @@ impl Wide for Quad {
     fn grid_low(self, words: Vec4, scale: Vec4, offset: Vec4) -> Vec4 {
         let [a, b, _, _] = self::words(words);
         grid([a, b], scale, offset)
+    }
+
+    #[inline(always)]
+    fn grid(self, number: u16, scale: Vec4, offset: Vec4) -> Vec4 {
+        (Vec4::splat(f32::from(number)) - offset) * scale
     }
 
     #[inline(always)]

@@ -20,6 +20,9 @@ pub use baseline::Quad;
 /// Four 32-bit words, as they lie in memory: floats by their bits.
 pub type Words = [u32; 4];
 
+/// Lanes of the widest vectors.
+pub const MOST_LANES: usize = 16;
+
 /// Operations on [`Wide::RAYS`] quads of 32-bit lanes. Values are proof that the processor has the instructions.
 pub trait Wide: Copy {
     /// Quads in a vector.
@@ -31,6 +34,8 @@ pub trait Wide: Copy {
 
     /// One quad from each of [`Wide::RAYS`] places.
     fn gather<'a>(self, at: impl FnMut(usize) -> &'a Words) -> Self::Lanes;
+    /// The first numbers, as many as there are lanes.
+    fn load(self, from: &[f32; MOST_LANES]) -> Self::Lanes;
     /// Gives each quad back, with its number.
     fn scatter(self, lanes: Self::Lanes, to: impl FnMut(usize, Words));
     /// The same number in every lane.
@@ -60,6 +65,8 @@ pub trait Wide: Copy {
     /// `(n − origin)·scale` for the four 16-bit numbers `n` in the low half of each quad. Tiers round differently: they err
     /// by less than 0.55·`scale` for origins within ±2¹⁸.
     fn grid_low(self, words: Self::Lanes, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
+    /// The same of one number in all lanes.
+    fn grid(self, number: u16, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
     /// The same of the high half.
     fn grid_high(self, words: Self::Lanes, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
     /// `a < b`.
