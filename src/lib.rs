@@ -45,6 +45,7 @@
 //! # Ok::<(), comber::error::Error>(())
 //! ```
 
+pub mod bench;
 pub mod bvh;
 pub mod cli;
 pub mod drive;
@@ -55,6 +56,7 @@ pub mod light;
 pub mod material;
 pub mod measure;
 pub mod options;
+pub mod peer;
 pub mod plan;
 pub mod reference;
 pub mod sampling;

@@ -28,6 +28,19 @@ pub enum Traversal {
     InFlight,
 }
 
+impl Traversal {
+    /// All ways: what benches and tests run through.
+    pub const ALL: [Traversal; 2] = [Traversal::Single, Traversal::InFlight];
+
+    /// For reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Traversal::Single => "single",
+            Traversal::InFlight => "in-flight",
+        }
+    }
+}
+
 /// Bytes of a tree from which incoherent rays go in flight: below, everything is in the caches near the core, and there
 /// is little to wait for.
 const IN_FLIGHT_BYTES: usize = 1 << 20;
