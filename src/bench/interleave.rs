@@ -3,6 +3,7 @@
 
 use super::probe::{Probe, Reading};
 use super::statistics::Quartiles;
+use crate::measure::processor;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,17 @@ pub struct Effort {
     pub rounds: usize,
     /// No round begins after this long, but for the first three.
     pub time: Duration,
+    /// A turn lasts at least this long, if what is measured is shorter.
+    pub turn: Duration,
+}
+
+/// What a contestant did in a turn.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// Rays a second.
+    pub rate: f64,
+    /// Share of its time in which a thread was ready to run while something else had its processor.
+    pub waited: f64,
 }
 
 /// One measurement.
@@ -20,9 +32,23 @@ pub struct Effort {
 pub struct Sample {
     /// What was measured, as a rate: larger is better.
     pub rate: f64,
+    /// Processor time of all threads in seconds: hardly changed by what else the machine does.
+    pub cpu: f64,
+    /// Share of the time in which a thread waited for a processor that something else had.
+    pub waited: f64,
     /// The slower of the readings right before and after.
     pub probe: Reading,
 }
+
+impl Sample {
+    /// Something else used the machine, during the sample or right before or after.
+    fn is_disturbed(&self, best: Reading) -> bool {
+        self.waited > WAITED || self.probe.is_disturbed(best)
+    }
+}
+
+/// A thread that waited for more of its time than this was disturbed.
+const WAITED: f64 = 0.02;
 
 /// Measurements in turns: `samples[contestant][round]`.
 #[derive(Clone, Debug, Serialize)]
@@ -65,12 +91,13 @@ impl Summary {
     }
 }
 
-/// Measures `contestants` contestants: `measure(c)` gives the rate of number `c`.
+/// Measures `contestants` contestants, which use `threads` threads: `measure(c)` gives number `c` its turn.
 pub fn interleave(
     contestants: usize,
+    threads: usize,
     effort: Effort,
     probe: &mut Probe,
-    mut measure: impl FnMut(usize) -> f64,
+    mut measure: impl FnMut(usize) -> Turn,
 ) -> Turns {
     let start = Instant::now();
     let mut samples = vec![Vec::new(); contestants];
@@ -79,9 +106,10 @@ pub fn interleave(
             break;
         }
         for (contestant, samples) in samples.iter_mut().enumerate() {
-            let before = probe.read();
-            let rate = measure(contestant);
-            samples.push(Sample { rate, probe: before.max(probe.read()) });
+            let (before, cpu) = (probe.read(threads), processor::seconds());
+            let Turn { rate, waited } = measure(contestant);
+            let cpu = processor::seconds() - cpu;
+            samples.push(Sample { rate, cpu, waited, probe: before.max(probe.read(threads)) });
         }
     }
     Turns { samples, best: probe.best() }
@@ -90,13 +118,18 @@ pub fn interleave(
 impl Turns {
     /// What the samples of one contestant say.
     pub fn summary(&self, contestant: usize) -> Summary {
-        Summary::of(self.samples[contestant].iter().map(|s| (s.rate, s.probe.is_disturbed(self.best))))
+        Summary::of(self.samples[contestant].iter().map(|s| (s.rate, s.is_disturbed(self.best))))
     }
 
     /// The rate of `a` over that of `b`, round by round. A round is disturbed if either sample was.
     pub fn ratio(&self, a: usize, b: usize) -> Summary {
         let pairs = self.samples[a].iter().zip(&self.samples[b]);
-        Summary::of(pairs.map(|(a, b)| (a.rate / b.rate, a.probe.max(b.probe).is_disturbed(self.best))))
+        Summary::of(pairs.map(|(a, b)| (a.rate / b.rate, a.is_disturbed(self.best) || b.is_disturbed(self.best))))
+    }
+
+    /// The processor time of `a` over that of `b`, round by round, disturbed or not.
+    pub fn cpu_ratio(&self, a: usize, b: usize) -> Quartiles {
+        Quartiles::of(self.samples[a].iter().zip(&self.samples[b]).map(|(a, b)| a.cpu / b.cpu))
     }
 }
 
@@ -108,7 +141,9 @@ mod tests {
     const BUSY: Reading = Reading { compute: 2.0, memory: 1.0 };
 
     fn turns(a: &[(f64, Reading)], b: &[(f64, Reading)]) -> Turns {
-        let samples = |list: &[(f64, Reading)]| list.iter().map(|&(rate, probe)| Sample { rate, probe }).collect();
+        let samples = |list: &[(f64, Reading)]| {
+            list.iter().map(|&(rate, probe)| Sample { rate, cpu: rate, waited: 0.0, probe }).collect()
+        };
         Turns { samples: vec![samples(a), samples(b)], best: STILL }
     }
 
@@ -131,10 +166,10 @@ mod tests {
     #[test]
     fn contestants_take_turns() {
         let mut order = Vec::new();
-        let effort = Effort { rounds: 5, time: Duration::ZERO };
-        let turns = interleave(2, effort, &mut Probe::new(), |contestant| {
+        let effort = Effort { rounds: 5, time: Duration::ZERO, turn: Duration::ZERO };
+        let turns = interleave(2, 1, effort, &mut Probe::new(), |contestant| {
             order.push(contestant);
-            contestant as f64
+            Turn { rate: contestant as f64, waited: 0.0 }
         });
         assert_eq!(order, [0, 1, 0, 1, 0, 1], "three rounds are made even without time");
         assert_eq!(turns.samples[1].len(), 3);

@@ -43,8 +43,8 @@ pub struct Probe {
 const LINES: u32 = 1 << 18;
 /// Steps of a reading.
 const STEPS: u32 = 8_000;
-/// Integer operations of a reading.
-const OPERATIONS: u32 = 500_000;
+/// Steps of a reading's computation: two operations that each wait for the one before.
+const OPERATIONS: u32 = 200_000;
 
 impl Default for Probe {
     fn default() -> Self {
@@ -60,25 +60,35 @@ impl Probe {
         let next = |line: u32| line.wrapping_mul(747_796_405).wrapping_add(2_891_336_453) % LINES;
         let lines = (0..LINES).map(|line| [next(line); 16]).collect();
         let mut probe = Probe { lines, at: 0, best: Reading { compute: f64::INFINITY, memory: f64::INFINITY } };
-        probe.read();
+        probe.read(1);
         probe
     }
 
-    /// Takes a reading: about a millisecond.
-    pub fn read(&mut self) -> Reading {
+    /// Takes a reading, about a millisecond: computing on `threads` threads at once, the slowest of which counts, and then
+    /// walking on one.
+    pub fn read(&mut self, threads: usize) -> Reading {
+        let seed = self.at;
+        let work = move || {
+            let start = Instant::now();
+            let mut state = seed;
+            for _ in 0..OPERATIONS {
+                // A multiplication alone would be several at once for a compiler that knows algebra.
+                state = (state ^ state >> 15).wrapping_mul(747_796_405);
+            }
+            black_box(state);
+            start.elapsed().as_secs_f64()
+        };
+        let compute = std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+            let own = work();
+            others.into_iter().fold(own, |longest, other| longest.max(other.join().expect("a loop does not panic")))
+        });
         let start = Instant::now();
-        let mut state = self.at;
-        for _ in 0..OPERATIONS {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        }
-        black_box(state);
-        let between = Instant::now();
         for _ in 0..STEPS {
             self.at = self.lines[self.at as usize][0];
         }
         black_box(self.at);
-        let end = Instant::now();
-        let reading = Reading { compute: (between - start).as_secs_f64(), memory: (end - between).as_secs_f64() };
+        let reading = Reading { compute, memory: start.elapsed().as_secs_f64() };
         self.best = self.best.min(reading);
         reading
     }

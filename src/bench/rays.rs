@@ -39,6 +39,23 @@ impl Rays {
         }
     }
 
+    /// Adds `rays`; distances count as in [`Rays::push`].
+    pub fn extend(&mut self, rays: RayColumns<'_>) {
+        if rays.t_max.is_some() && self.t_max.is_none() {
+            self.t_max = Some(vec![f32::INFINITY; self.len()]);
+        }
+        let columns = [rays.ox, rays.oy, rays.oz, rays.dx, rays.dy, rays.dz];
+        for (to, from) in self.columns.iter_mut().zip(columns) {
+            to.extend_from_slice(from);
+        }
+        if let Some(to) = &mut self.t_max {
+            match rays.t_max {
+                Some(from) => to.extend_from_slice(from),
+                None => to.resize(self.columns[0].len(), f32::INFINITY),
+            }
+        }
+    }
+
     /// All of them.
     pub fn all(&self) -> RayColumns<'_> {
         let [ox, oy, oz, dx, dy, dz] = self.columns.each_ref().map(Vec::as_slice);
@@ -89,17 +106,52 @@ impl RaySet {
 
     /// Every `step`-th batch.
     pub fn thinned(&self, step: usize) -> RaySet {
-        let mut rays = Rays { t_max: self.rays.t_max.as_ref().map(|_| Vec::new()), ..Rays::default() };
+        let mut rays = Rays::default();
         let mut batches = Vec::new();
         for (rows, coherent) in self.spans().into_iter().step_by(step.max(1)) {
             batches.push(Batch { rays: rows.len() as u32, coherent });
-            for (to, from) in rays.columns.iter_mut().zip(&self.rays.columns) {
-                to.extend_from_slice(&from[rows.clone()]);
-            }
-            if let (Some(to), Some(from)) = (&mut rays.t_max, &self.rays.t_max) {
-                to.extend_from_slice(&from[rows]);
-            }
+            rays.extend(self.rays.all().rows(rows));
         }
         RaySet { name: self.name.clone(), query: self.query, rays, batches }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn ray(x: f32, t_max: f32) -> Ray {
+        Ray { origin: Vec3::splat(x), direction: Vec3::Z, t_max }
+    }
+
+    #[test]
+    fn distances_appear_with_the_first_ray_that_has_one() {
+        let mut rays = Rays::default();
+        rays.push(ray(0.0, f32::INFINITY));
+        assert_eq!(rays.t_max, None);
+        rays.push(ray(1.0, 5.0));
+        rays.push(ray(2.0, f32::INFINITY));
+        let mut again = Rays::default();
+        again.extend(rays.all().rows(0..1));
+        again.extend(rays.all().rows(1..3));
+        for rays in [&rays, &again] {
+            assert_eq!(
+                (0..3).map(|row| rays.all().ray(row)).collect::<Vec<_>>(),
+                [ray(0.0, f32::INFINITY), ray(1.0, 5.0), ray(2.0, f32::INFINITY)]
+            );
+        }
+    }
+
+    #[test]
+    fn a_thinned_set_has_whole_batches() {
+        let mut rays = Rays::default();
+        (0..25).for_each(|i| rays.push(ray(i as f32, f32::INFINITY)));
+        let set = RaySet::in_waves("X", Query::Closest, rays, 10, true);
+        assert_eq!(set.batches.iter().map(|batch| batch.rays).collect::<Vec<_>>(), [10, 10, 5]);
+        let thin = set.thinned(2);
+        let rows: Vec<f32> = (0..10).chain(20..25).map(|i| i as f32).collect();
+        assert_eq!(thin.rays.columns[1], rows);
+        assert_eq!(thin.spans(), [(0..10, true), (10..15, true)]);
     }
 }

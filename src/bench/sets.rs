@@ -152,3 +152,22 @@ fn bounces(source: &Source, rays: &Rays, hits: &[Hit], bounce: u32) -> Rays {
     }
     bounced
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_have_every_pixel_once_and_neighbours_together() {
+        for (width, height) in [(16, 8), (13, 21), (1, 1)] {
+            let all: Vec<(u32, u32)> = tiles(width, height).collect();
+            let mut sorted = all.clone();
+            sorted.sort_by_key(|&(x, y)| (y, x));
+            let rows: Vec<(u32, u32)> = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).collect();
+            assert_eq!(sorted, rows);
+        }
+        let first: Vec<(u32, u32)> = tiles(16, 16).take(8).collect();
+        assert_eq!(first, [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (3, 0), (2, 1), (3, 1)]);
+        assert!(tiles(16, 16).take(64).all(|(x, y)| x < 8 && y < 8));
+    }
+}

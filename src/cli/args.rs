@@ -1,5 +1,6 @@
 //! Arguments as typed. What they mean together is decided in [`super::resolve`].
 
+use super::bench::args::BenchArgs;
 use super::values::{self, choice, whole};
 use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Roulette, Simd};
 use crate::scene::stage::{Stage, UpAxis};
@@ -285,138 +286,6 @@ pub struct ReportArgs {
     pub quiet: bool,
 }
 
-/// `comber bench`.
-#[derive(Debug, Args)]
-#[command(args_override_self = true, after_help = BENCH_NOTES)]
-pub struct BenchArgs {
-    /// Scene files or `proc:` meshes, as for `comber render`. Without any, comber's own scene is used.
-    #[arg(value_name = "SCENE", help_heading = None::<&str>)]
-    pub scenes: Vec<PathBuf>,
-    /// What is made of them.
-    #[command(flatten)]
-    pub staging: StagingArgs,
-    /// Which rays.
-    #[command(flatten)]
-    pub rays: BenchRaysArgs,
-    /// How long.
-    #[command(flatten)]
-    pub effort: EffortArgs,
-    /// Beside whom.
-    #[command(flatten)]
-    pub peer: PeerArgs,
-    /// From where.
-    #[command(flatten)]
-    pub camera: CameraArgs,
-    /// What to say.
-    #[command(flatten)]
-    pub report: ReportArgs,
-}
-
-/// Which rays are traced.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Rays")]
-pub struct BenchRaysArgs {
-    /// Pixels across and down: a camera ray each, from which the other sets follow.
-    #[arg(short = 'r', long, num_args = 2, value_names = ["W", "H"], value_parser = whole(1, 16384),
-          default_values = ["1024", "1024"], action = ArgAction::Set, allow_negative_numbers = true)]
-    pub size: Vec<u32>,
-    /// Sets to trace, separated by commas: P and Pt, camera rays in rows and in tiles; PH, those that hit; S, shadow
-    /// rays; D and D2, the first and the second diffuse bounce [default: all].
-    #[arg(long, value_name = "SETS", value_delimiter = ',')]
-    pub sets: Vec<String>,
-    /// Rays that comber's kernels get at a time [default: the wave that the renderer would choose].
-    #[arg(long, value_name = "N", value_parser = whole(1, 1 << 24), allow_negative_numbers = true)]
-    pub wave: Option<u32>,
-}
-
-/// How long is measured, and on what.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Measuring")]
-pub struct EffortArgs {
-    /// Threads, or several numbers of them separated by commas, each measured by itself.
-    #[arg(short, long, value_name = "N", value_delimiter = ',', default_value = "1", value_parser = whole(1, 1024),
-          allow_negative_numbers = true)]
-    pub threads: Vec<u32>,
-    /// Turns that each contestant gets at most.
-    #[arg(long, value_name = "N", default_value_t = 11, value_parser = whole(1, 100_000), allow_negative_numbers = true)]
-    pub repeats: u32,
-    /// Seconds after which no further turn begins on a set, once there were three.
-    #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = whole(0, 1_000_000),
-          allow_negative_numbers = true)]
-    pub time: u32,
-    /// Instruction set of comber's kernels.
-    #[arg(long, value_name = "SET", default_value = "auto", value_parser = choice(SIMDS))]
-    pub simd: Simd,
-    /// What answers comber's rays.
-    #[arg(long, value_name = "KIND", default_value = "bvh", value_parser = choice(ACCELS))]
-    pub accel: Accel,
-}
-
-/// Beside whom.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Peer")]
-pub struct PeerArgs {
-    /// Measure this ray tracer too, in turns with comber, on the same rays, and compare the hits.
-    #[arg(long, value_name = "NAME", value_parser = choice(PEERS))]
-    pub peer: Option<Peer>,
-    /// Its library [default: the environment variable COMBER_EMBREE, else all that are installed in the usual places,
-    /// Python's packages among them].
-    #[arg(long, value_name = "FILE", requires = "peer")]
-    pub peer_library: Option<PathBuf>,
-    /// Restrict it to an instruction set, as its own configuration spells it: sse2, sse4.2, avx, avx2, avx512.
-    #[arg(long, value_name = "SET", requires = "peer", value_parser = values::word)]
-    pub peer_isa: Option<String>,
-    /// Whether it tests watertight.
-    #[arg(long, value_name = "WHEN", requires = "peer", default_value = "auto", value_parser = choice(ROBUST))]
-    pub peer_robust: Robust,
-    /// How well it builds its trees.
-    #[arg(long, value_name = "HOW", requires = "peer", default_value = "both", value_parser = choice(QUALITIES))]
-    pub peer_quality: Qualities,
-}
-
-/// Ray tracers to measure beside comber.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Peer {
-    /// Intel's.
-    Embree,
-}
-
-/// When a peer tests watertight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Robust {
-    /// If comber does.
-    Auto,
-    /// Always.
-    On,
-    /// Never.
-    Off,
-}
-
-/// Which trees a peer builds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Qualities {
-    /// Medium alone.
-    Medium,
-    /// High alone.
-    High,
-    /// One of each.
-    Both,
-}
-
-const PEERS: &[(&str, &str, Peer)] = &[("embree", "Embree 3 or 4, in whichever of its modes is fastest", Peer::Embree)];
-
-const ROBUST: &[(&str, &str, Robust)] = &[
-    ("auto", "if comber's own tests are watertight", Robust::Auto),
-    ("on", "with RTC_SCENE_FLAG_ROBUST", Robust::On),
-    ("off", "without", Robust::Off),
-];
-
-const QUALITIES: &[(&str, &str, Qualities)] = &[
-    ("medium", "its default", Qualities::Medium),
-    ("high", "with spatial splits, which takes several times as long", Qualities::High),
-    ("both", "one tree of each; the faster one counts", Qualities::Both),
-];
-
 const STAGES: &[(&str, &str, Stage)] = &[
     ("cornell", "the course's box, with its light and its camera", Stage::Cornell),
     ("studio", "a backdrop with three lights, seen from the side", Stage::Studio),
@@ -463,13 +332,13 @@ const CAMERAS: &[(&str, &str, CameraChoice)] = &[
     ("file", "where the scene file says", CameraChoice::File),
 ];
 
-const SIMDS: &[(&str, &str, Simd)] = &[
+pub(super) const SIMDS: &[(&str, &str, Simd)] = &[
     ("auto", "the best that this processor has", Simd::Auto),
     ("baseline", "what every processor of this kind has", Simd::Baseline),
     ("avx2", "AVX2 and FMA", Simd::Avx2),
 ];
 
-const ACCELS: &[(&str, &str, Accel)] = &[
+pub(super) const ACCELS: &[(&str, &str, Accel)] = &[
     ("bvh", "bounding volume hierarchy of four-wide nodes", Accel::Bvh),
     ("brute", "every ray against every primitive", Accel::Brute),
 ];
@@ -481,6 +350,7 @@ Examples:
   comber render bunny.ply --stage studio         a bare mesh
   comber info box.dae                            what a render of it would do
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
+  comber bench box.dae --peer embree             rays per second, beside Embree
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
@@ -508,14 +378,6 @@ Examples:
   comber info box.dae
   comber info -s 2048 -a 64 0.05 -o box.exr box.dae
   comber info --json proc:cubes,tris=1M
-
-Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
-
-const BENCH_NOTES: &str = "\
-Examples:
-  comber bench --stage none bunny.ply
-  comber bench --peer embree --stage none bunny.ply dragon.ply
-  comber bench --peer embree --sets D,D2,S --threads 1,2 box.dae
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 

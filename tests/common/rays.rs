@@ -29,6 +29,6 @@ impl Random {
 
 /// Every way through the tree on every tier.
 pub fn kernels() -> Vec<(Traversal, Tier)> {
-    let ways = [Traversal::Single, Traversal::InFlight];
+    let ways = Traversal::ALL;
     ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
 }

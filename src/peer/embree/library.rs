@@ -266,3 +266,20 @@ fn api(library: &Library) -> std::result::Result<Api, String> {
         any: calls("rtcOccluded")?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn libraries_are_known_by_their_names() {
+        for name in
+            ["libembree3.so", "libembree3.so.3.13.5", "libembree4-4aef3270.so.4", "embree4.dll", "libembree4.4.dylib"]
+        {
+            assert!(is_embree(Path::new(name)), "{name}");
+        }
+        for name in ["libembree2.so", "embree4.lib", "libembree4", "libembree40.so", "libm.so.6"] {
+            assert!(!is_embree(Path::new(name)), "{name}");
+        }
+    }
+}

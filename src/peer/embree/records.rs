@@ -53,7 +53,9 @@ pub struct Records {
     pub words: Aligned<u32>,
     /// All bits set for rays that are there, 0 for others: of a full block, and of the last one.
     pub valid: [Aligned<u32>; 2],
+    /// How they lie.
     pub layout: Layout,
+    /// How many there are.
     pub rays: usize,
 }
 
@@ -120,5 +122,37 @@ impl Records {
     /// Whether each ray is occluded: Embree makes `tfar` minus infinity.
     pub fn occluded(&self) -> impl Iterator<Item = bool> + '_ {
         (0..self.rays).map(|ray| f32::from_bits(self.word(ray, TFAR)) == f32::NEG_INFINITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every word is where the layout of Embree's headers has it, for whole blocks and a last one in part.
+    #[test]
+    fn blocks_are_columns_of_their_width() {
+        let columns: [Vec<f32>; 7] = std::array::from_fn(|c| (0..5).map(|row| (10 * c + row) as f32).collect());
+        let [ox, oy, oz, dx, dy, dz, t] = columns.each_ref().map(Vec::as_slice);
+        let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_max: Some(t) };
+        for width in [1, 4, 8] {
+            let mut records = Records::allocate(Layout::new(width, Some(HIT)), 5);
+            records.fill(rays);
+            for row in 0..5 {
+                let words = [(0, ox), (1, oy), (2, oz), (4, dx), (5, dy), (6, dz), (TFAR, t)];
+                for (word, column) in words {
+                    assert_eq!(f32::from_bits(records.word(row, word)), column[row], "width {width}");
+                }
+                assert_eq!(records.word(row, TNEAR), 0);
+                assert_eq!((records.word(row, MASK), records.word(row, GEOMETRY)), (u32::MAX, NOTHING));
+            }
+            let valid = records.valid[1][..width].iter().filter(|&&valid| valid != 0).count();
+            assert_eq!(valid, (5 - 1) % width + 1);
+            assert_eq!(records.words.as_ptr().addr() % 64, 0);
+            assert_eq!(records.layout.words * 4 % 16, 0);
+            assert!(records.closest(&[0]).all(|hit| hit == (f32::INFINITY, MISS)));
+            assert!(records.occluded().all(|occluded| !occluded));
+        }
+        assert_eq!(Layout::new(1, Some(LARGEST_HIT)).words, 24);
     }
 }
