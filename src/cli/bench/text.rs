@@ -34,7 +34,8 @@ pub fn of(scene: &SceneReport) -> String {
         lines.push(format!("{rays} rays compared with testing every primitive: the same"));
     }
     lines.extend(scene.empty.iter().map(|set| format!("{set} has no rays: nothing was hit that it could start from")));
-    let busy: Vec<&str> = scene.sets.iter().filter(|set| set.all_disturbed).map(|set| set.set.as_str()).collect();
+    let mut busy: Vec<&str> = scene.sets.iter().filter(|set| set.all_disturbed).map(|set| set.set.as_str()).collect();
+    busy.dedup();
     if !busy.is_empty() {
         lines.push(format!(
             "do not trust {}: something else kept the machine busy, and every sample was disturbed",
