@@ -65,8 +65,8 @@ const PLAIN: (Traversal, Tier) = (Traversal::Single, Tier::Baseline);
 
 /// Every way through the tree on every tier.
 fn kernels() -> Vec<(Traversal, Tier)> {
-    let ways = Traversal::ALL;
-    ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
+    let tiers = |way| Tier::available().into_iter().map(move |tier| (way, tier));
+    Traversal::ALL.into_iter().flat_map(tiers).collect()
 }
 
 /// Hits in columns.

@@ -12,12 +12,13 @@
 
 mod common;
 
+use comber::bench::statistics::Quartiles;
 use comber::bvh::{HitColumnsMut, RayColumns};
 use comber::simd::{Kernel, Tier};
 use comber::wave::hits::Hits;
 use comber::wave::paths::Paths;
 use common::pipeline::Pipeline;
-use common::{Args, Quartiles, Ready};
+use common::{Args, Ready};
 use std::hint::black_box;
 use std::time::Instant;
 

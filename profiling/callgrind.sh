@@ -2,16 +2,23 @@
 # Instructions a ray, by function, without noise: the same on a busy machine as on a quiet one.
 #
 #     profiling/callgrind.sh [--keep DIR] [SCENE and options of `comber render`...]
+#     profiling/callgrind.sh --rays SETS [SCENE and options of `comber bench`...]
 #
 #     profiling/callgrind.sh scenes/cornell_spheres.dae
 #     profiling/callgrind.sh scenes/models/dragon_vrip.ply --simd baseline
+#     profiling/callgrind.sh --rays D,S --stage none scenes/models/lucy100k.obj
 #
 # Renders 64x48 pixels on one thread under valgrind, with 8 samples a pixel and again with 24. The difference is 16 samples
 # a pixel and nothing else: reading, building and writing cancel. What valgrind cannot execute (AVX-512) comber never uses.
+# With --rays it counts what each kernel and each mode of Embree takes for the same rays: see callgrind_rays.sh.
 # With --keep the profiles stay, for `callgrind_annotate --auto=yes DIR/many`.
 set -eu
 command -v valgrind > /dev/null || { echo "callgrind.sh: valgrind is not installed" >&2; exit 1; }
 project=$(cd "$(dirname "$0")/.." && pwd)
+if [ "${1:-}" = --rays ]; then
+    shift
+    exec "$project/profiling/callgrind_rays.sh" "$@"
+fi
 if [ "${1:-}" = --keep ]; then
     mkdir -p "$2"
     dir=$(cd "$2" && pwd)

@@ -1,6 +1,6 @@
 //! Runs a plan: workers, waves, tiles, progress, cancellation. The only file that knows all stages.
 
-use crate::bvh::Accel;
+use crate::bvh::{Accel, Query, RayColumns};
 use crate::error::{Error, Result};
 use crate::film::develop::develop;
 use crate::film::picture::Picture;
@@ -25,6 +25,8 @@ pub trait Observer: Sync {
     fn samples(&self, done: u64, total: u64);
     /// `true`: finish the waves under way and return what there is.
     fn stop(&self) -> bool;
+    /// A queue of rays is about to be traced, all at vertex `depth` (0: from the camera).
+    fn queue(&self, _query: Query, _depth: u32, _rays: RayColumns<'_>) {}
 }
 
 /// Watches nothing, never stops.
@@ -247,7 +249,7 @@ fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: 
         }
         let batch = next_batch(&mut rest, &mut cut, wave.rows as u32);
         let mut totals = Totals::default();
-        run_wave(shared.context, &mut wave, &batch, group, &mut totals);
+        run_wave(shared, &mut wave, &batch, group, &mut totals);
         let mut all = lock(&shared.totals);
         all.add(&totals);
         let done = all.samples;
@@ -287,13 +289,14 @@ fn next_batch(rest: &mut &[Span], cut: &mut Option<Span>, mut rows: u32) -> Vec<
 }
 
 /// One wave: the six stages, from spans of pixels to samples in the film.
-fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Tile], totals: &mut Totals) {
+fn run_wave(shared: &Shared, wave: &mut Wave, spans: &[Span], tiles: &mut [Tile], totals: &mut Totals) {
     const GENERATE: usize = 0;
     const TRAVERSE: usize = 1;
     const SHADE: usize = 2;
     const SHADOW: usize = 3;
     const ROULETTE: usize = 4;
     const RETIRE: usize = 5;
+    let (context, observer) = (shared.context, shared.observer);
     let Wave { samples, paths, next, hits, shadows, shadow_hits, scratch, .. } = wave;
     let asked = spans.iter().map(|s| s.count as usize).sum();
     let mut live = totals
@@ -305,7 +308,10 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         live = 0;
     }
     let mut depth = 0;
+    // What the shadow stage asks: hemisphere rays want to know what they hit.
+    let asks = if context.features.has(Features::HEMISPHERE) { Query::Closest } else { Query::Any };
     while live > 0 {
+        observer.queue(Query::Closest, depth, paths.rays(live));
         totals.time(TRAVERSE, live, || stages::traverse::run(context, depth, live, paths, hits));
         scratch.reset();
         let shaded = totals.time(SHADE, live, || {
@@ -315,6 +321,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         if shaded.shadows > 0 {
             scratch.reset();
             totals.rays.shadow += shaded.shadows as u64;
+            observer.queue(asks, depth, shadows.rays(shaded.shadows));
             totals.time(SHADOW, shaded.shadows, || {
                 let out = stages::shadow::Out { samples, hits: shadow_hits };
                 stages::shadow::run(context, shaded.shadows, shadows, out, scratch);

@@ -27,6 +27,9 @@
 //! | what each vertex of a path adds | [`transport`] |
 //! | what a ray can hit, and how it is found | [`scene`], [`bvh`] |
 //! | when a pixel is done | [`film::convergence`] |
+//! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
+//!
+//! `unsafe` has two homes: [`simd`], and [`peer::embree`], which calls a C library where the user asks for that.
 //!
 //! ```
 //! use comber::{bvh::Accel, drive, options::RenderOptions, plan::Plan, scene};
@@ -45,6 +48,7 @@
 //! # Ok::<(), comber::error::Error>(())
 //! ```
 
+pub mod bench;
 pub mod bvh;
 pub mod cli;
 pub mod drive;
@@ -55,6 +59,7 @@ pub mod light;
 pub mod material;
 pub mod measure;
 pub mod options;
+pub mod peer;
 pub mod plan;
 pub mod reference;
 pub mod sampling;

@@ -1,4 +1,4 @@
-//! What the benches share: scenes, options, and measuring on a machine that is never quite still.
+//! What the benches share: scenes, options and arguments. Measuring in turns is `comber::bench`'s.
 #![allow(dead_code)] // Each bench uses its own part.
 
 pub mod pipeline;
@@ -12,7 +12,6 @@ use comber::scene::description::SceneDescription;
 use comber::scene::stage::{Stage, UpAxis, place};
 use comber::scene::{Scene, SceneOptions, default, viewpoint};
 use std::path::Path;
-use std::time::Instant;
 
 /// A scene, ready to be rendered.
 pub struct Ready {
@@ -87,86 +86,5 @@ impl Args {
         let chosen = |name: &&str| self.words.is_empty() || self.words.iter().any(|word| name.contains(word.as_str()));
         let all = if self.measure { &SCENES[..] } else { &SCENES[..1] };
         all.iter().copied().filter(chosen).collect()
-    }
-}
-
-/// What one run of something took.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample {
-    /// Wall time in seconds.
-    pub wall: f64,
-    /// Processor time of all threads in seconds: hardly changed by what else the machine does.
-    pub cpu: f64,
-    /// Seconds that a fixed piece of work took right before and right after, the longer of the two.
-    pub probe: f64,
-}
-
-/// Runs `work` between two probes on `threads` threads.
-pub fn sample<R>(threads: usize, work: impl FnOnce() -> R) -> (R, Sample) {
-    let before = probe(threads);
-    let (cpu, start) = (cpu_seconds(), Instant::now());
-    let result = work();
-    let (wall, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
-    (result, Sample { wall, cpu, probe: before.max(probe(threads)) })
-}
-
-/// A sample is disturbed if its probe took this much longer than the median probe.
-const DISTURBED: f64 = 1.1;
-
-/// For each sample, whether something else was running.
-pub fn disturbed(samples: &[Sample]) -> Vec<bool> {
-    let usual = Quartiles::of(samples.iter().map(|s| s.probe)).median;
-    samples.iter().map(|s| s.probe > DISTURBED * usual).collect()
-}
-
-/// The time that a fixed loop of integer work takes on each of `threads` threads at once, the longest of them.
-fn probe(threads: usize) -> f64 {
-    let work = || {
-        let start = Instant::now();
-        let mut state = 1u32;
-        for _ in 0..1_000_000 {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-        }
-        std::hint::black_box(state);
-        start.elapsed().as_secs_f64()
-    };
-    std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let own = work();
-        others.into_iter().fold(own, |longest, other| longest.max(other.join().expect("a loop does not panic")))
-    })
-}
-
-/// Processor time that this process has used, on all its threads; not a number where the system has no `/proc`.
-fn cpu_seconds() -> f64 {
-    /// Linux counts for users in hundredths, whatever the kernel does.
-    const TICKS: f64 = 100.0;
-    let Ok(stat) = std::fs::read_to_string("/proc/self/stat") else { return f64::NAN };
-    // The second field is the program's name in parentheses, and may hold spaces. Fields 14 and 15 are wanted.
-    let Some((_, fields)) = stat.rsplit_once(')') else { return f64::NAN };
-    let fields: Vec<f64> = fields.split_whitespace().skip(11).take(2).filter_map(|field| field.parse().ok()).collect();
-    if let [user, system] = fields[..] { (user + system) / TICKS } else { f64::NAN }
-}
-
-/// Median and quartiles.
-#[derive(Clone, Copy, Debug)]
-pub struct Quartiles {
-    pub low: f64,
-    pub median: f64,
-    pub high: f64,
-}
-
-impl Quartiles {
-    /// Of `values`, between neighbours by weight; not a number if there are none.
-    pub fn of(values: impl Iterator<Item = f64>) -> Quartiles {
-        let mut values: Vec<f64> = values.collect();
-        values.sort_by(f64::total_cmp);
-        let at = |fraction: f64| {
-            let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-            let place = fraction * last as f64;
-            let (below, part) = (place.floor() as usize, place.fract());
-            values[below] * (1.0 - part) + values[(below + 1).min(last)] * part
-        };
-        Quartiles { low: at(0.25), median: at(0.5), high: at(0.75) }
     }
 }

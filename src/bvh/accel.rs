@@ -10,7 +10,7 @@ use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
 use super::traverse::{Stack, Traversal};
 use crate::error::Result;
-use crate::options::{self, AccelOptions};
+use crate::options::{self, AccelOptions, Intersection};
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 
@@ -36,6 +36,14 @@ impl Accel {
                 let brute = Brute::build(shapes, options.intersection);
                 Ok(Accel::Brute(brute, start.elapsed().as_secs_f64()))
             }
+        }
+    }
+
+    /// The triangle test.
+    pub fn intersection(&self) -> Intersection {
+        match self {
+            Accel::Bvh(bvh) => bvh.intersection,
+            Accel::Brute(brute, _) => brute.intersection(),
         }
     }
 

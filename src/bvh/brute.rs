@@ -42,6 +42,11 @@ impl Brute {
         self.bounds
     }
 
+    /// The triangle test.
+    pub fn intersection(&self) -> Intersection {
+        self.intersection
+    }
+
     /// How many primitives.
     pub fn prim_count(&self) -> usize {
         self.geometries.len()

@@ -2,8 +2,19 @@
 
 use glam::Vec3;
 use serde::Serialize;
+use std::ops::Range;
 
 use super::ray::{Hit, Ray};
+
+/// What is asked of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Query {
+    /// The closest hit.
+    Closest,
+    /// Whether there is any hit.
+    Any,
+}
 
 /// Rays, one a row. All columns have the same length.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +65,20 @@ impl<'a> RayColumns<'a> {
             dz: &self.dz[..n],
             t_min: self.t_min.map(|t| &t[..n]),
             t_max: self.t_max.map(|t| &t[..n]),
+        }
+    }
+
+    /// Some of the rows.
+    pub fn rows(self, rows: Range<usize>) -> RayColumns<'a> {
+        RayColumns {
+            ox: &self.ox[rows.clone()],
+            oy: &self.oy[rows.clone()],
+            oz: &self.oz[rows.clone()],
+            dx: &self.dx[rows.clone()],
+            dy: &self.dy[rows.clone()],
+            dz: &self.dz[rows.clone()],
+            t_min: self.t_min.map(|t| &t[rows.clone()]),
+            t_max: self.t_max.map(|t| &t[rows]),
         }
     }
 

@@ -29,6 +29,6 @@ pub use aabb::Aabb;
 pub use accel::{Accel, SingleRay};
 pub use brute::Brute;
 pub use bvh4::Bvh4;
-pub use columns::{HitColumnsMut, RayColumns, TraversalCounts};
+pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 pub use stats::BvhStats;
 pub use traverse::Traversal;

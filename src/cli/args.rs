@@ -1,5 +1,6 @@
 //! Arguments as typed. What they mean together is decided in [`super::resolve`].
 
+use super::bench::args::BenchArgs;
 use super::values::{self, choice, whole};
 use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Roulette, Simd};
 use crate::scene::stage::{Stage, UpAxis};
@@ -32,6 +33,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Draw the boxes of one level of the bounding volume hierarchy.
     Bvh(BvhArgs),
+    /// Measure rays per second, beside Embree if asked, with agreement checked.
+    Bench(BenchArgs),
 }
 
 /// `comber render`.
@@ -113,6 +116,15 @@ pub struct SceneArgs {
     /// The same as SCENE.
     #[arg(long, value_name = "SCENE", conflicts_with = "path")]
     pub scene: Option<PathBuf>,
+    /// What is made of it.
+    #[command(flatten)]
+    pub staging: StagingArgs,
+}
+
+/// What is made of a scene.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct StagingArgs {
     /// Put the scene on a stage with light and camera, in place of its own [default: cornell for scenes with neither
     /// light nor camera, none for others].
     #[arg(long, value_name = "STAGE", value_parser = choice(STAGES))]
@@ -320,14 +332,14 @@ const CAMERAS: &[(&str, &str, CameraChoice)] = &[
     ("file", "where the scene file says", CameraChoice::File),
 ];
 
-const SIMDS: &[(&str, &str, Simd)] = &[
+pub(super) const SIMDS: &[(&str, &str, Simd)] = &[
     ("auto", "the best that this processor has", Simd::Auto),
     ("baseline", "what every processor of this kind has", Simd::Baseline),
     ("avx2", "AVX2 and FMA", Simd::Avx2),
     ("avx512", "AVX-512 to trace rays, AVX2 for the rest", Simd::Avx512),
 ];
 
-const ACCELS: &[(&str, &str, Accel)] = &[
+pub(super) const ACCELS: &[(&str, &str, Accel)] = &[
     ("bvh", "bounding volume hierarchy of four-wide nodes", Accel::Bvh),
     ("brute", "every ray against every primitive", Accel::Brute),
 ];
@@ -339,6 +351,7 @@ Examples:
   comber render bunny.ply --stage studio         a bare mesh
   comber info box.dae                            what a render of it would do
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
+  comber bench box.dae --peer embree             rays per second, beside Embree
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 

@@ -1,6 +1,7 @@
 //! The command line: arguments as typed, requests as resolved, and one file a subcommand.
 
 pub mod args;
+pub mod bench;
 pub mod bvh;
 pub mod camera;
 pub mod exit;

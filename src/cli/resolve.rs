@@ -1,6 +1,6 @@
 //! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
 
-use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs};
+use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs, StagingArgs};
 use super::args::{MAX_SAMPLES, SamplingArgs};
 use super::values;
 use crate::error::{Error, Note, Result};
@@ -297,19 +297,24 @@ fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptiv
 }
 
 fn scene(args: SceneArgs) -> SceneRequest {
-    let source = match args.path.or(args.scene) {
+    scene_at(args.path.or(args.scene), &args.staging)
+}
+
+/// The scene of that name; the built-in one without a name.
+pub fn scene_at(path: Option<PathBuf>, staging: &StagingArgs) -> SceneRequest {
+    let source = match path {
         None => SceneSource::BuiltIn,
         Some(path) => match path.to_str().filter(|text| text.starts_with("proc:")) {
             Some(specification) => SceneSource::Generated(specification.to_owned()),
             None => SceneSource::File(path),
         },
     };
-    let options = SceneOptions { normals: args.normals, substitute_materials: args.substitute_materials };
-    SceneRequest { source, stage: args.stage, up: args.up, options }
+    let options = SceneOptions { normals: staging.normals, substitute_materials: staging.substitute_materials };
+    SceneRequest { source, stage: staging.stage, up: staging.up, options }
 }
 
 /// From where, and the frame size that goes with it if a settings file has one.
-fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Option<[u32; 2]>)> {
+pub fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Option<[u32; 2]>)> {
     let settings = args.camera_settings.as_deref().map(settings_file).transpose()?;
     let mut size = None;
     let framing = match (settings, args.camera) {

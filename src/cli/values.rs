@@ -28,6 +28,12 @@ pub fn whole_in(text: &str, allowed: RangeInclusive<u32>) -> Result<u32, String>
     }
 }
 
+/// A word of letters, digits and dots.
+pub fn word(text: &str) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '.';
+    if !text.is_empty() && text.chars().all(plain) { Ok(text.into()) } else { Err("is not a word".into()) }
+}
+
 /// Stops of exposure.
 pub fn exposure(text: &str) -> Result<f32, String> {
     match text.parse() {

@@ -1,5 +1,6 @@
 //! Counters and timers.
 
 pub mod memory;
+pub mod processor;
 pub mod progress;
 pub mod units;

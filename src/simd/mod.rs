@@ -1,4 +1,4 @@
-//! Instruction-set tiers, and the only home of `unsafe`.
+//! Instruction-set tiers, and the home of `unsafe` (but for calls into C libraries, [`crate::peer`]).
 //!
 //! A kernel is written once, as a plain `#[inline(always)]` body over [`glam::Vec4`]. [`Tier::run`] compiles
 //! that body once for each tier and calls the one asked for; it is meant to be called once a batch, never once

@@ -80,8 +80,17 @@ pub enum Traversal {
 }
 
 impl Traversal {
-    /// All of them.
+    /// All ways: what benches and tests run through.
     pub const ALL: [Traversal; 3] = [Traversal::Single, Traversal::InFlight, Traversal::Packet];
+
+    /// For reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Traversal::Single => "single",
+            Traversal::InFlight => "in-flight",
+            Traversal::Packet => "packet",
+        }
+    }
 }
 
 /// Bytes of a tree from which incoherent rays go in flight: below, everything is in the caches near the core, and there
