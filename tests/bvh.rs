@@ -4,10 +4,10 @@ mod common;
 
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
-use comber::options;
+use comber::options::{self, AccelOptions, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
-use common::rays::{Random, kernels};
+use common::rays::{QUALITIES, Random, kernels};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -141,31 +141,43 @@ fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
+fn tree(shapes: &Shapes, quality: Quality) -> Accel {
+    Accel::build(shapes, &AccelOptions { quality, ..AccelOptions::default() }).unwrap()
+}
+
+fn brute(shapes: &Shapes) -> Accel {
+    Accel::build(shapes, &AccelOptions::of(options::Accel::Brute)).unwrap()
+}
+
 fn both(shapes: &Shapes) -> (Accel, Accel) {
-    let build = |kind| Accel::build(shapes, &options::AccelOptions::of(kind)).unwrap();
-    (build(options::Accel::Bvh), build(options::Accel::Brute))
+    (tree(shapes, Quality::Default), brute(shapes))
 }
 
 /// Every way to ask gives the same bits as the oracle.
 fn assert_agree(shapes: &Shapes, rays: &[Ray]) {
-    let (bvh, brute) = both(shapes);
     let batch = Batch::new(rays);
-    let (expected, _) = batch.closest(&brute, (Traversal::Single, Tier::Baseline), false);
+    let (expected, _) = batch.closest(&brute(shapes), (Traversal::Single, Tier::Baseline), false);
+    for quality in QUALITIES {
+        assert_agrees(shapes, &tree(shapes, quality), rays, &batch, &expected);
+    }
+}
+
+fn assert_agrees(shapes: &Shapes, bvh: &Accel, rays: &[Ray], batch: &Batch, expected: &[Hit]) {
     for kernel in kernels() {
         for counted in [false, true] {
-            let (hits, counts) = batch.closest(&bvh, kernel, counted);
-            for ((hit, expected), ray) in hits.iter().zip(&expected).zip(rays) {
+            let (hits, counts) = batch.closest(bvh, kernel, counted);
+            for ((hit, expected), ray) in hits.iter().zip(expected).zip(rays) {
                 assert_eq!(hit, expected, "{ray:?} {:?} {}", kernel.0, kernel.1.name());
             }
             assert_eq!(counts.rays, rays.len() as u64);
             assert_eq!(counts.node_visits > 0, counted);
         }
-        for ((occluded, expected), ray) in batch.any(&bvh, kernel).into_iter().zip(&expected).zip(rays) {
+        for ((occluded, expected), ray) in batch.any(bvh, kernel).into_iter().zip(expected).zip(rays) {
             assert_eq!(occluded, expected.is_some(), "{ray:?} {:?} {}", kernel.0, kernel.1.name());
         }
     }
     let mut single = bvh.single();
-    for (ray, expected) in rays.iter().zip(&expected) {
+    for (ray, expected) in rays.iter().zip(expected) {
         assert_eq!(single.closest_hit(ray), *expected);
         assert_eq!(single.any_hit(ray), expected.is_some());
         if expected.is_some() {
@@ -309,33 +321,93 @@ fn extreme_rays_end() {
 fn a_million_coincident_triangles() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let shapes = shapes(vec![triangle; 1_000_000], vec![]);
-    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
-    assert!(accel.stats().depth < 30, "depth {}", accel.stats().depth);
-    let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
-    // Of equal hits, the smallest primitive.
-    assert_eq!(accel.single().closest_hit(&ray).prim, 0);
+    for quality in QUALITIES {
+        let accel = tree(&shapes, quality);
+        assert!(accel.stats().depth < 30, "depth {} of {quality:?}", accel.stats().depth);
+        let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
+        // Of equal hits, the smallest primitive.
+        assert_eq!(accel.single().closest_hit(&ray).prim, 0);
+    }
 }
 
 #[test]
 fn sizes_in_geometric_progression_do_not_make_deep_trees() {
     let triangle = |i: i32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| (corner + Vec3::X) * 0.9f32.powi(i));
     let shapes = shapes((0..900).map(triangle).collect(), vec![]);
-    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
-    assert!(accel.stats().depth <= 80, "depth {}", accel.stats().depth);
+    for quality in QUALITIES {
+        let depth = tree(&shapes, quality).stats().depth;
+        assert!(depth <= 80, "depth {depth} of {quality:?}");
+    }
     let rays = rays(&mut Random(6), &shapes, 2000);
     assert_agree(&shapes, &rays);
 }
 
+/// Sets of centres that give splits nothing to hold on to: one point, a line, a plane, next to nothing, very much.
+#[test]
+fn degenerate_arrangements_agree() {
+    let mut random = Random(13);
+    let arrangements: [(&str, Vec3, f32); 6] = [
+        ("a point", Vec3::ZERO, 0.1),
+        ("a line", Vec3::X, 0.1),
+        ("a plane", Vec3::new(1.0, 1.0, 0.0), 0.1),
+        ("points", Vec3::ONE, 0.0),
+        ("next to nothing", Vec3::splat(1e-30), 1e-31),
+        ("very much", Vec3::splat(1e17), 1e16),
+    ];
+    for (name, spread, size) in arrangements {
+        for (triangles, spheres) in [(1, 0), (2, 0), (3, 0), (5, 0), (1, 1), (0, 5), (4, 4), (700, 100), (10_000, 0)] {
+            let corners = |_| {
+                let center = random.vector() * spread;
+                [(); 3].map(|()| center + size * random.vector())
+            };
+            let triangles: Vec<[Vec3; 3]> = (0..triangles).map(corners).collect();
+            let sphere = |_| Sphere { center: random.vector() * spread, radius: size.max(1e-32) };
+            let shapes = shapes(triangles, (0..spheres).map(sphere).collect());
+            let scale = spread.max_element().max(size);
+            let mut rays = rays(&mut random, &shapes, 60);
+            rays.iter_mut().for_each(|ray| ray.origin *= scale);
+            println!("{name}: {} primitives", shapes.prim_count());
+            assert_agree(&shapes, &rays);
+        }
+    }
+}
+
+/// A few walls around many small triangles: moving the walls out of the way is what reinsertion is there for.
+#[test]
+fn better_trees_cost_less() {
+    let mut random = Random(14);
+    let small = |_| {
+        let center = 0.2 * random.vector();
+        [(); 3].map(|()| center + 0.01 * random.vector())
+    };
+    let mut triangles: Vec<[Vec3; 3]> = (0..20_000).map(small).collect();
+    for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+        for side in [axis, -axis] {
+            let (u, v) = (Vec3::new(axis.z, axis.x, axis.y), Vec3::new(axis.y, axis.z, axis.x));
+            triangles.push([side - u - v, side + u - v, side + u + v]);
+            triangles.push([side - u - v, side + u + v, side - u + v]);
+        }
+    }
+    let shapes = shapes(triangles, vec![]);
+    let [fast, default, best] = QUALITIES.map(|quality| tree(&shapes, quality).stats().sah_cost);
+    assert!(best <= default && default < 1.5 * fast, "fast {fast}, default {default}, best {best}");
+    assert!(fast < 1.3 * default, "fast {fast}, default {default}");
+    // The walls are at the top: rays that miss the middle see little. Without reinsertion, more than twice as much.
+    assert!(default < 6.0, "{default}");
+}
+
 #[test]
 fn the_number_of_threads_does_not_change_the_tree() {
-    let shapes = soup(&mut Random(7), 200_000, 20_000);
-    let build = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Bvh4::build(&shapes).unwrap().fingerprint())
-    };
-    let one = build(1);
-    assert_eq!(one, build(2));
-    assert_eq!(one, build(5));
+    for (quality, triangles) in QUALITIES.into_iter().zip([200_000, 200_000, 20_000]) {
+        let shapes = soup(&mut Random(7), triangles, triangles / 10);
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Bvh4::build(&shapes, quality).unwrap().fingerprint())
+        };
+        let one = build(1);
+        assert_eq!(one, build(2), "{quality:?}");
+        assert_eq!(one, build(5), "{quality:?}");
+    }
 }
 
 #[test]

@@ -30,7 +30,7 @@ impl Accel {
     /// Builds the structure asked for. It keeps no reference to `shapes`.
     pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Accel> {
         match options.kind {
-            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes)?)),
+            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes, options.quality)?)),
             options::Accel::Brute => {
                 let start = Instant::now();
                 let brute = Brute::build(shapes);

@@ -1,7 +1,7 @@
 //! Arguments as typed. What they mean together is decided in [`super::resolve`].
 
 use super::values::{self, choice, whole};
-use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Roulette, Simd};
+use crate::options::{Accel, Confidence, Direct, Integrator, Normals, Quality, Roulette, Simd};
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
 use clap::{ArgAction, Args, Parser, Subcommand};
@@ -260,6 +260,9 @@ pub struct SpeedArgs {
     /// What answers ray queries.
     #[arg(long, value_name = "KIND", default_value = "bvh", value_parser = choice(ACCELS))]
     pub accel: Accel,
+    /// How much time the BVH is worth [default: default].
+    #[arg(long, value_name = "QUALITY", value_parser = choice(QUALITIES))]
+    pub bvh: Option<Quality>,
 }
 
 /// What is said about it.
@@ -329,6 +332,16 @@ const SIMDS: &[(&str, &str, Simd)] = &[
 const ACCELS: &[(&str, &str, Accel)] = &[
     ("bvh", "bounding volume hierarchy of four-wide nodes", Accel::Bvh),
     ("brute", "every ray against every primitive", Accel::Brute),
+];
+
+const QUALITIES: &[(&str, &str, Quality)] = &[
+    ("fast", "for previews: built in 0.6 of the time, up to 15 % more nodes a ray on scans", Quality::Fast),
+    ("default", "binned surface area heuristic, large nodes reinserted", Quality::Default),
+    (
+        "best",
+        "for long renders: all nodes reinserted; 2 to 4 times the time, about 1 % fewer nodes a ray on scans",
+        Quality::Best,
+    ),
 ];
 
 const TOP_EXAMPLES: &str = "\

@@ -1,12 +1,12 @@
 //! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
 
 use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs};
-use super::args::{MAX_SAMPLES, SamplingArgs};
+use super::args::{MAX_SAMPLES, SamplingArgs, SpeedArgs};
 use super::values;
 use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
-use crate::options::{AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
+use crate::options::{Accel, AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
 use crate::scene::settings::settings_file;
@@ -148,7 +148,7 @@ impl RenderRequest {
             roulette: args.transport.roulette,
             adaptive: adaptive(&args.sampling, &mut notes)?,
             seed: args.sampling.seed,
-            accel: AccelOptions::of(args.speed.accel),
+            accel: accel(&args.speed)?,
             aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
             wave: args.speed.wave,
             threads: args.speed.threads,
@@ -183,6 +183,13 @@ impl BvhRequest {
             report: args.report,
             notes,
         })
+    }
+}
+
+fn accel(args: &SpeedArgs) -> Result<AccelOptions> {
+    match (args.accel, args.bvh) {
+        (Accel::Brute, Some(_)) => misuse("--bvh says how good a tree to build, but --accel brute builds none"),
+        (kind, quality) => Ok(AccelOptions { kind, quality: quality.unwrap_or_default() }),
     }
 }
 
