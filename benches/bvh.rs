@@ -7,7 +7,7 @@
 use std::hint::black_box;
 
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal};
-use comber::options;
+use comber::options::{self, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
 use comber::simd::Tier;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -138,7 +138,11 @@ fn bench(criterion: &mut Criterion) {
 
     let mut group = criterion.benchmark_group("bvh/build");
     group.sample_size(10).throughput(Throughput::Elements(shapes.triangles.len() as u64));
-    group.bench_function("bumpy", |b| b.iter(|| Bvh4::build(black_box(&shapes), &options::AccelOptions::default())));
+    for quality in [Quality::Fast, Quality::Default, Quality::Best] {
+        group.bench_function(quality.name(), |b| {
+            b.iter(|| Bvh4::build(black_box(&shapes), &options::AccelOptions { quality, ..Default::default() }))
+        });
+    }
     group.finish();
 
     for (name, rays) in [("camera", &camera), ("bounce", &bounce)] {

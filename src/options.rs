@@ -134,6 +134,19 @@ pub enum NodeFormat {
     Compact,
 }
 
+/// How much time the tree is worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quality {
+    /// For previews: clustered along a space-filling curve.
+    Fast,
+    /// Binned surface area heuristic, collapsed optimally.
+    #[default]
+    Default,
+    /// For long renders: as by default, and then every subtree is moved to its best place.
+    Best,
+}
+
 /// The acceleration structure: which, and how it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct AccelOptions {
@@ -143,6 +156,19 @@ pub struct AccelOptions {
     pub intersection: Intersection,
     /// The format of the nodes.
     pub nodes: NodeFormat,
+    /// How good the tree has to be. The picture stays the same.
+    pub quality: Quality,
+}
+
+impl Quality {
+    /// As typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Fast => "fast",
+            Quality::Default => "default",
+            Quality::Best => "best",
+        }
+    }
 }
 
 impl AccelOptions {

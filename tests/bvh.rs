@@ -4,10 +4,10 @@ mod common;
 
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
-use comber::options::{self, Intersection, NodeFormat};
+use comber::options::{self, AccelOptions, Intersection, NodeFormat, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
-use common::rays::{Random, kernels};
+use common::rays::{QUALITIES, Random, kernels};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -144,16 +144,23 @@ fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-fn both(shapes: &Shapes) -> (Accel, Accel) {
-    let build = |kind| Accel::build(shapes, &options::AccelOptions::of(kind)).unwrap();
-    (build(options::Accel::Bvh), build(options::Accel::Brute))
+fn tree(shapes: &Shapes, quality: Quality) -> Accel {
+    Accel::build(shapes, &AccelOptions { quality, ..AccelOptions::default() }).unwrap()
 }
 
-/// Every way to build for the watertight test.
-fn every_option() -> Vec<options::AccelOptions> {
-    [NodeFormat::Auto, NodeFormat::Full, NodeFormat::Compact]
-        .map(|nodes| options::AccelOptions { nodes, ..Default::default() })
-        .to_vec()
+fn brute(shapes: &Shapes) -> Accel {
+    Accel::build(shapes, &AccelOptions::of(options::Accel::Brute)).unwrap()
+}
+
+fn both(shapes: &Shapes) -> (Accel, Accel) {
+    (tree(shapes, Quality::Default), brute(shapes))
+}
+
+/// Every quality, and every format of the nodes.
+fn every_option() -> Vec<AccelOptions> {
+    let qualities = QUALITIES.map(|quality| AccelOptions { quality, ..Default::default() });
+    let formats = [NodeFormat::Full, NodeFormat::Compact].map(|nodes| AccelOptions { nodes, ..Default::default() });
+    qualities.into_iter().chain(formats).collect()
 }
 
 /// Every way to build and to ask gives the same bits as the oracle.
@@ -168,8 +175,8 @@ fn assert_agree(shapes: &Shapes, rays: &[Ray]) {
     }
 }
 
-fn assert_agrees(bvh: &Accel, options: &options::AccelOptions, shapes: &Shapes, rays: &[Ray]) {
-    let brute = Accel::build(shapes, &options::AccelOptions { kind: options::Accel::Brute, ..*options }).unwrap();
+fn assert_agrees(bvh: &Accel, options: &AccelOptions, shapes: &Shapes, rays: &[Ray]) {
+    let brute = Accel::build(shapes, &AccelOptions { kind: options::Accel::Brute, ..*options }).unwrap();
     let batch = Batch::new(rays);
     let (expected, _) = batch.closest(&brute, (Traversal::Single, Tier::Baseline), false);
     for kernel in kernels() {
@@ -186,7 +193,7 @@ fn assert_agrees(bvh: &Accel, options: &options::AccelOptions, shapes: &Shapes, 
         }
     }
     let mut single = bvh.single();
-    for (ray, expected) in rays.iter().zip(&expected) {
+    for (ray, expected) in rays.iter().zip(expected) {
         assert_eq!(single.closest_hit(ray), *expected);
         assert_eq!(single.any_hit(ray), expected.is_some());
         if expected.is_some() {
@@ -265,7 +272,7 @@ fn the_fast_test_gives_the_same_bits_on_every_tier() {
     let mut random = Random(11);
     let shapes = soup(&mut random, 2000, 20);
     let batch = Batch::new(&rays(&mut random, &shapes, 3000));
-    let options = options::AccelOptions { intersection: Intersection::Fast, ..Default::default() };
+    let options = AccelOptions { intersection: Intersection::Fast, ..Default::default() };
     let accel = Accel::build(&shapes, &options).unwrap();
     for (way, tier) in kernels() {
         let plain = (way, Tier::Baseline);
@@ -276,7 +283,7 @@ fn the_fast_test_gives_the_same_bits_on_every_tier() {
         );
         assert_eq!(batch.any(&accel, (way, tier)), batch.any(&accel, plain), "{way:?} {tier:?}");
     }
-    let compact = Accel::build(&shapes, &options::AccelOptions { nodes: NodeFormat::Compact, ..options });
+    let compact = Accel::build(&shapes, &AccelOptions { nodes: NodeFormat::Compact, ..options });
     assert!(compact.unwrap_err().to_string().contains("compact"));
 }
 
@@ -285,7 +292,7 @@ fn the_fast_test_gives_the_same_bits_on_every_tier() {
 fn the_fast_test_agrees_with_its_oracle_on_meshes() {
     let description = comber::scene::procedural::generate("proc:terrain,tris=3k").unwrap();
     let scene = comber::scene::Scene::build(description, Default::default()).unwrap();
-    let options = options::AccelOptions { intersection: Intersection::Fast, ..Default::default() };
+    let options = AccelOptions { intersection: Intersection::Fast, ..Default::default() };
     let accel = Accel::build(&scene.shapes, &options).unwrap();
     assert_agrees(&accel, &options, &scene.shapes, &rays(&mut Random(12), &scene.shapes, 3000));
 }
@@ -362,33 +369,94 @@ fn extreme_rays_end() {
 fn a_million_coincident_triangles() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let shapes = shapes(vec![triangle; 1_000_000], vec![]);
-    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
-    assert!(accel.stats().depth < 30, "depth {}", accel.stats().depth);
-    let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_min: 0.0, t_max: f32::INFINITY };
-    // Of equal hits, the smallest primitive.
-    assert_eq!(accel.single().closest_hit(&ray).prim, 0);
+    for quality in QUALITIES {
+        let accel = tree(&shapes, quality);
+        assert!(accel.stats().depth < 30, "depth {} of {quality:?}", accel.stats().depth);
+        let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
+        // Of equal hits, the smallest primitive.
+        assert_eq!(accel.single().closest_hit(&ray).prim, 0);
+    }
 }
 
 #[test]
 fn sizes_in_geometric_progression_do_not_make_deep_trees() {
     let triangle = |i: i32| [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| (corner + Vec3::X) * 0.9f32.powi(i));
     let shapes = shapes((0..900).map(triangle).collect(), vec![]);
-    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
-    assert!(accel.stats().depth <= 80, "depth {}", accel.stats().depth);
+    for quality in QUALITIES {
+        let depth = tree(&shapes, quality).stats().depth;
+        assert!(depth <= 80, "depth {depth} of {quality:?}");
+    }
     let rays = rays(&mut Random(6), &shapes, 2000);
     assert_agree(&shapes, &rays);
 }
 
+/// Sets of centres that give splits nothing to hold on to: one point, a line, a plane, next to nothing, very much.
+#[test]
+fn degenerate_arrangements_agree() {
+    let mut random = Random(13);
+    let arrangements: [(&str, Vec3, f32); 6] = [
+        ("a point", Vec3::ZERO, 0.1),
+        ("a line", Vec3::X, 0.1),
+        ("a plane", Vec3::new(1.0, 1.0, 0.0), 0.1),
+        ("points", Vec3::ONE, 0.0),
+        ("next to nothing", Vec3::splat(1e-30), 1e-31),
+        ("very much", Vec3::splat(1e17), 1e16),
+    ];
+    for (name, spread, size) in arrangements {
+        for (triangles, spheres) in [(1, 0), (2, 0), (3, 0), (5, 0), (1, 1), (0, 5), (4, 4), (700, 100), (10_000, 0)] {
+            let corners = |_| {
+                let center = random.vector() * spread;
+                [(); 3].map(|()| center + size * random.vector())
+            };
+            let triangles: Vec<[Vec3; 3]> = (0..triangles).map(corners).collect();
+            let sphere = |_| Sphere { center: random.vector() * spread, radius: size.max(1e-32) };
+            let shapes = shapes(triangles, (0..spheres).map(sphere).collect());
+            let scale = spread.max_element().max(size);
+            let mut rays = rays(&mut random, &shapes, 60);
+            rays.iter_mut().for_each(|ray| ray.origin *= scale);
+            println!("{name}: {} primitives", shapes.prim_count());
+            assert_agree(&shapes, &rays);
+        }
+    }
+}
+
+/// A few walls around many small triangles: moving the walls out of the way is what reinsertion is there for.
+#[test]
+fn better_trees_cost_less() {
+    let mut random = Random(14);
+    let small = |_| {
+        let center = 0.2 * random.vector();
+        [(); 3].map(|()| center + 0.01 * random.vector())
+    };
+    let mut triangles: Vec<[Vec3; 3]> = (0..20_000).map(small).collect();
+    for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+        for side in [axis, -axis] {
+            let (u, v) = (Vec3::new(axis.z, axis.x, axis.y), Vec3::new(axis.y, axis.z, axis.x));
+            triangles.push([side - u - v, side + u - v, side + u + v]);
+            triangles.push([side - u - v, side + u + v, side - u + v]);
+        }
+    }
+    let shapes = shapes(triangles, vec![]);
+    let [fast, default, best] = QUALITIES.map(|quality| tree(&shapes, quality).stats().sah_cost);
+    assert!(best <= default && default < 1.5 * fast, "fast {fast}, default {default}, best {best}");
+    assert!(fast < 1.3 * default, "fast {fast}, default {default}");
+    // The walls are at the top: rays that miss the middle see little. Without reinsertion, more than twice as much.
+    assert!(default < 6.0, "{default}");
+}
+
 #[test]
 fn the_number_of_threads_does_not_change_the_tree() {
-    let shapes = soup(&mut Random(7), 200_000, 20_000);
-    let build = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Bvh4::build(&shapes, &options::AccelOptions::default()).unwrap().fingerprint())
-    };
-    let one = build(1);
-    assert_eq!(one, build(2));
-    assert_eq!(one, build(5));
+    for (quality, triangles) in QUALITIES.into_iter().zip([200_000, 200_000, 20_000]) {
+        let shapes = soup(&mut Random(7), triangles, triangles / 10);
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let options = AccelOptions { quality, ..Default::default() };
+            pool.install(|| Bvh4::build(&shapes, &options).unwrap().fingerprint())
+        };
+        let one = build(1);
+        assert_eq!(one, build(2), "{quality:?}");
+        assert_eq!(one, build(5), "{quality:?}");
+    }
 }
 
 #[test]

@@ -114,6 +114,8 @@ fn misuse_says_what_is_allowed() {
         ("render -o a.png -f a.png", "given twice"),
         ("render --rate a.exr", "must end in .png"),
         ("render -o a.png --rate a.png", "cannot be the same file"),
+        ("render --bvh perfect", "fast, default, best"),
+        ("render --accel brute --bvh best", "--accel brute builds none"),
         ("bvh --depth -1", "from 0 to 1024"),
         ("bvh --depth 2 -o a.jpg", "a.jpg"),
         ("bvh -s 4", "unexpected argument '-s'"),
@@ -341,6 +343,7 @@ fn every_integrator_strategy_and_rule_renders_every_layer() {
         ("--roulette", "off fixed:0.5 throughput throughput:1"),
         ("--normals", "smooth flat"),
         ("--accel", "bvh brute"),
+        ("--bvh", "fast default best"),
         ("--camera", "course course-pixels file"),
     ];
     for (option, values) in words {

@@ -6,7 +6,7 @@ mod common;
 use comber::bvh::{Accel, HitColumnsMut, RayColumns};
 use comber::options;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
-use common::rays::{Random, kernels};
+use common::rays::{QUALITIES, Random, kernels};
 use glam::Vec3;
 
 /// A closed mesh, and how to find points inside it.
@@ -156,7 +156,10 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         }],
         ..Shapes::default()
     };
-    let accel = Accel::build(&shapes, &options::AccelOptions::default()).unwrap();
+    let trees = QUALITIES.map(|quality| {
+        Accel::build(&shapes, &options::AccelOptions { quality, ..options::AccelOptions::default() }).unwrap()
+    });
+    let bounds = trees[0].bounds();
     let mut random = Random(u64::from(scale.to_bits()) << 32 | u64::from(offset.to_bits()));
     let mut columns: [Vec<f32>; 6] = Default::default();
     let mut kinds = Vec::new();
@@ -169,7 +172,6 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         }
         let origin = place(origin);
         // Far from the origin of coordinates, rounding may have put it onto the surface.
-        let bounds = accel.bounds();
         if !(origin.cmpgt(bounds.min) & origin.cmplt(bounds.max)).all() {
             continue;
         }
@@ -181,7 +183,8 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
     let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None };
-    for (way, tier) in kernels() {
+    let ways = kernels().into_iter().flat_map(|kernel| trees.iter().zip(QUALITIES).map(move |tree| (kernel, tree)));
+    for ((way, tier), (accel, quality)) in ways {
         let (mut t, mut u, mut v) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let (mut prim, mut geom) = (vec![0; count], vec![0; count]);
         accel.closest_hits(
@@ -195,7 +198,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         let leaks: Vec<_> = (0..count).filter(|&i| t[i].is_infinite() || !occluded[i]).collect();
         assert!(
             leaks.is_empty(),
-            "{} at scale {scale}, offset {offset}, {way:?} {}: {} of {count} rays leak; the first, of kind {}: {:?}",
+            "{} at scale {scale}, offset {offset}, {way:?} {}, {quality:?}: {} of {count} rays leak; the first, of kind {}: {:?}",
             solid.name,
             tier.name(),
             leaks.len(),

@@ -25,7 +25,7 @@ impl Aabb {
     }
 
     /// The smallest box around some points.
-    #[inline]
+    #[inline(always)]
     pub fn around(points: [Vec3; 3]) -> Aabb {
         Aabb { min: points[0].min(points[1]).min(points[2]), max: points[0].max(points[1]).max(points[2]) }
     }
@@ -42,7 +42,7 @@ impl Aabb {
     }
 
     /// Half the surface area of the box scaled by `scale`, which keeps huge scenes from overflowing.
-    #[inline]
+    #[inline(always)]
     pub fn half_area(&self, scale: f32) -> f32 {
         let e = (self.max - self.min) * scale;
         e.x * e.y + e.y * e.z + e.z * e.x
@@ -55,7 +55,7 @@ impl Aabb {
     /// primitive extends behind the ray's origin: without this margin, a ray that starts close to an edge could
     /// pass between two boxes whose triangles would have caught it. The step to the next float makes every box
     /// strictly larger than what it holds, so that rays in its faces hit.
-    #[inline]
+    #[inline(always)]
     pub fn padded(&self) -> Aabb {
         const MARGIN: f32 = 1.0 / (1 << 20) as f32;
         let margin = Vec3::splat((self.max - self.min).max_element() * MARGIN);

@@ -42,6 +42,15 @@ impl Child {
         Child(LEAF | if spheres { SPHERES } else { 0 } | (blocks - 1) << COUNT_SHIFT | first)
     }
 
+    /// The same child after everything it may refer to has moved up by so many nodes and blocks.
+    pub fn moved(self, nodes: u32, triangle_blocks: u32, sphere_blocks: u32) -> Child {
+        match self {
+            Child::EMPTY => self,
+            _ if !self.is_leaf() => Child::inner(self.0 + nodes),
+            _ => Child(self.0 + if self.is_spheres() { sphere_blocks } else { triangle_blocks }),
+        }
+    }
+
     /// The reference as stored on a traversal stack.
     #[inline(always)]
     pub fn bits(self) -> u32 {

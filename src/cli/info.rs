@@ -7,6 +7,7 @@ use super::load::{self, Loaded, print_notes};
 use super::render::use_threads;
 use super::report::{self, Facts, table};
 use super::resolve::RenderRequest;
+use crate::bvh::PhaseSeconds;
 use crate::measure::units;
 use crate::plan::Plan;
 use serde_json::{Value, json};
@@ -86,6 +87,9 @@ fn camera(loaded: &Loaded, plan: &Plan) -> String {
 pub fn accel(loaded: &Loaded) -> String {
     let stats = loaded.accel.stats();
     let mut facts = Facts::default();
+    if let Some(quality) = stats.quality {
+        facts.add("quality", quality.name());
+    }
     facts.add("primitives", units::count(stats.primitives as u64));
     facts.add("inner nodes", format!("{} in {} levels", units::count(stats.nodes as u64), stats.depth));
     facts.add("leaf blocks", units::count(stats.leaf_blocks as u64));
@@ -93,6 +97,17 @@ pub fn accel(loaded: &Loaded) -> String {
     let (bytes, each) = (units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
     facts.add("memory", format!("{bytes}, {each:.1} B a primitive"));
     facts.add("built in", report::seconds(stats.build_seconds));
+    if stats.quality.is_some() {
+        let PhaseSeconds { fragments, binary, reinsertion, collapse, emit } = stats.phase_seconds;
+        let phases = [
+            ("boxes", fragments),
+            ("binary tree", binary),
+            ("reinsertion", reinsertion),
+            ("collapse", collapse),
+            ("nodes and leaves", emit),
+        ];
+        facts.add("of this", phases.map(|(name, seconds)| format!("{name} {}", report::seconds(seconds))).join(", "));
+    }
     facts.text()
 }
 

@@ -4,12 +4,12 @@ use super::args::ReportArgs;
 use super::camera;
 use super::exit::complain;
 use super::resolve::{SceneRequest, SceneSource, ViewRequest};
-use crate::bvh::Accel;
+use crate::bvh::{Accel, peak_bytes};
 use crate::error::{Error, Note, Result};
 use crate::import;
 use crate::measure::progress::Progress;
 use crate::measure::{memory, units};
-use crate::options::RenderOptions;
+use crate::options::{Accel as AccelKind, RenderOptions};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::default;
@@ -59,20 +59,18 @@ pub fn load(request: &SceneRequest, view: &ViewRequest, options: &RenderOptions,
     let name = description.name.clone();
     let (scene, prepare) = phase("preparing", show, || Scene::build(description, request.options))?;
     print_notes(&scene.notes, report);
-    check_memory("building its tree", scene.shapes.prim_count(), BUILD_BYTES)?;
+    let prims = scene.shapes.prim_count();
+    if options.accel.kind == AccelKind::Bvh {
+        check_memory("building its tree", prims, peak_bytes(prims, options.accel.quality))?;
+    }
     let (accel, build) = phase("building", show, || Accel::build(&scene.shapes, &options.accel))?;
     Ok(Loaded { name, stage, scene, accel, camera, seconds: LoadSeconds { read, prepare, build } })
 }
 
 /// Bytes a triangle that a generated mesh may take: three indices and, where nothing is shared, three corners.
-const MESH_BYTES: usize = 48;
-/// Bytes a primitive that building the tree may take at its peak, measured on 28 million triangles (2.6 GiB in all, the mesh among
-/// them).
-const BUILD_BYTES: usize = 96;
-
+const MESH_BYTES: u64 = 48;
 /// Refuses work that this machine has no memory for, rather than to be killed in the middle of it.
-fn check_memory(what: &str, triangles: usize, bytes_each: usize) -> Result<()> {
-    let needed = triangles as u64 * bytes_each as u64;
+fn check_memory(what: &str, triangles: usize, needed: u64) -> Result<()> {
     match memory::available() {
         Some(available) if needed > available => Err(Error::Scene(format!(
             "{what} takes about {} for {} triangles, and {} of memory are available",
@@ -108,7 +106,8 @@ fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> 
     match source {
         SceneSource::BuiltIn => default::description().map(|staged| (staged.description, Some(staged.camera))),
         SceneSource::Generated(specification) => {
-            check_memory("making the mesh", procedural::Spec::parse(specification)?.triangles as usize, MESH_BYTES)?;
+            let triangles = procedural::Spec::parse(specification)?.triangles;
+            check_memory("making the mesh", triangles as usize, triangles * MESH_BYTES)?;
             Ok((procedural::generate(specification)?, None))
         }
         SceneSource::File(path) => Ok((import::load(path)?, None)),

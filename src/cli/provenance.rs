@@ -6,14 +6,16 @@ use crate::options::RenderOptions;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Scene, options, seed, version and time. What cannot change the picture (threads, wave size, instruction set,
+/// Scene, options, seed, version and time. What cannot change the picture (the tree, threads, wave size, instruction set,
 /// output names) is left out, so that it cannot change the file either.
 pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stopped: bool, created: &str) -> Value {
+    let intersection = json!(options.accel.intersection);
     let mut options = json!(options);
     if let Some(options) = options.as_object_mut() {
-        for speed in ["threads", "wave", "simd"] {
+        for speed in ["accel", "threads", "wave", "simd"] {
             options.remove(speed);
         }
+        options.insert("intersection".into(), intersection);
     }
     json!({
         "comber": env!("CARGO_PKG_VERSION"),

@@ -1,12 +1,14 @@
 //! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
 
+use super::args::{AccelArgs, MAX_SAMPLES, SamplingArgs};
 use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs, StagingArgs};
-use super::args::{MAX_SAMPLES, SamplingArgs};
 use super::values;
 use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
-use crate::options::{AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, RenderOptions};
+use crate::options::{
+    Accel, AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, Intersection, NodeFormat, RenderOptions,
+};
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
 use crate::scene::settings::settings_file;
@@ -148,7 +150,7 @@ impl RenderRequest {
             roulette: args.transport.roulette,
             adaptive: adaptive(&args.sampling, &mut notes)?,
             seed: args.sampling.seed,
-            accel: AccelOptions::of(args.speed.accel),
+            accel: accel(&args.speed.accel)?,
             aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
             wave: args.speed.wave,
             threads: args.speed.threads,
@@ -184,6 +186,23 @@ impl BvhRequest {
             notes,
         })
     }
+}
+
+/// The acceleration structure that was asked for.
+pub fn accel(args: &AccelArgs) -> Result<AccelOptions> {
+    let AccelArgs { accel: kind, bvh, nodes, intersection } = *args;
+    if kind == Accel::Brute {
+        if bvh.is_some() {
+            return misuse("--bvh says how good a tree to build, but --accel brute builds none");
+        }
+        if nodes.is_some() {
+            return misuse("--nodes says how the nodes of a tree are stored, but --accel brute builds none");
+        }
+    }
+    if (intersection, nodes) == (Intersection::Fast, Some(NodeFormat::Compact)) {
+        return misuse("--nodes compact goes with --intersection watertight only");
+    }
+    Ok(AccelOptions { kind, quality: bvh.unwrap_or_default(), nodes: nodes.unwrap_or_default(), intersection })
 }
 
 fn misuse<T>(what: impl Into<String>) -> Result<T> {

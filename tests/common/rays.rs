@@ -1,6 +1,7 @@
 //! What tests of traversal share: random numbers, and every kernel there is.
 
 use comber::bvh::Traversal;
+use comber::options::Quality;
 use comber::simd::Tier;
 use glam::Vec3;
 
@@ -32,3 +33,6 @@ pub fn kernels() -> Vec<(Traversal, Tier)> {
     let ways = Traversal::ALL;
     ways.into_iter().flat_map(|way| Tier::available().into_iter().map(move |tier| (way, tier))).collect()
 }
+
+/// Every way to build the tree.
+pub const QUALITIES: [Quality; 3] = [Quality::Fast, Quality::Default, Quality::Best];

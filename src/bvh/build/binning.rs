@@ -4,13 +4,10 @@
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::fragment::{Extent, Fragment, WideBox};
+use super::fragment::{CHUNK, Extent, Fragment, WideBox};
 
 /// Most bins an axis.
 const BINS: usize = 32;
-/// Sets this large are binned in parallel, in chunks of this many. Chunks do not depend on the number of threads;
-/// merging is exact either way.
-const PARALLEL_CHUNK: usize = 1 << 16;
 
 /// Maps centres to bins: one function for counting and for partitioning, so that both always agree.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +22,8 @@ impl Binner {
     /// For `fragments` fragments whose centres have these bounds.
     ///
     /// Few fragments get few bins: sweeping 32 would cost more than the fragments themselves.
-    pub fn new(centers: &WideBox, fragments: usize) -> Binner {
+    #[inline(always)]
+    fn new(centers: &WideBox, fragments: usize) -> Binner {
         let count = (4 + fragments / 4).min(BINS);
         let extent = centers.max - centers.min;
         // Flat axes get scale 0: a single bin, which no split divides.
@@ -43,8 +41,9 @@ impl Binner {
         // Adding 2²³ rounds to an integer and leaves it in the low bits; a conversion would be three instructions
         // a lane more.
         let magic = (center - self.origin) * self.scale + Vec4::splat(8_388_608.0);
-        let [x, y, z, _] = magic.to_array().map(|lane| lane.to_bits() as usize % BINS);
-        [x, y, z]
+        // One by one: `map` would stay a call inside of kernels.
+        let [x, y, z, _] = magic.to_array();
+        [x.to_bits() as usize % BINS, y.to_bits() as usize % BINS, z.to_bits() as usize % BINS]
     }
 }
 
@@ -54,6 +53,8 @@ pub struct Split {
     axis: usize,
     bin: usize,
     binner: Binner,
+    /// The boxes of both sides.
+    pub bounds: [WideBox; 2],
 }
 
 impl Split {
@@ -77,6 +78,7 @@ impl Bins {
         Bins { boxes: [[WideBox::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] }
     }
 
+    #[inline(always)]
     fn fill(&mut self, fragments: &[Fragment], binner: &Binner) {
         for axis in 0..3 {
             self.boxes[axis][..binner.count].fill(WideBox::EMPTY);
@@ -84,8 +86,8 @@ impl Bins {
         }
         for fragment in fragments {
             let (min, max) = (fragment.min(), fragment.max());
-            let bins = binner.bins(min + max);
-            for (axis, bin) in bins.into_iter().enumerate() {
+            let bins = binner.bins(fragment.center());
+            for (axis, &bin) in bins.iter().enumerate() {
                 self.boxes[axis][bin].grow(min, max);
                 self.counts[axis][bin] += 1;
             }
@@ -103,34 +105,46 @@ impl Bins {
     }
 
     /// The cheapest split of `fragments`, or `None` if all centres share their bins. `scale` keeps areas finite.
+    #[inline(always)]
     pub fn best_split(&mut self, fragments: &[Fragment], extent: &Extent, scale: f32) -> Option<Split> {
         let binner = Binner::new(&extent.centers, fragments.len());
-        if fragments.len() > PARALLEL_CHUNK {
-            *self = fragments
-                .par_chunks(PARALLEL_CHUNK)
-                .map(|chunk| {
-                    let mut bins = Bins::new();
-                    bins.fill(chunk, &binner);
-                    bins
-                })
-                .reduce(Bins::new, |a, b| a.merge(&b));
-        } else {
-            self.fill(fragments, &binner);
-        }
-        let mut best = (f32::INFINITY, None);
+        self.fill(fragments, &binner);
+        self.cheapest(&binner, scale)
+    }
+
+    /// As [`Bins::best_split`], in parallel.
+    pub fn best_split_of_many(fragments: &[Fragment], extent: &Extent, scale: f32) -> Option<Split> {
+        let binner = Binner::new(&extent.centers, fragments.len());
+        let bins = fragments.par_chunks(CHUNK).map(|chunk| {
+            let mut bins = Bins::new();
+            bins.fill(chunk, &binner);
+            bins
+        });
+        bins.reduce(Bins::new, |a, b| a.merge(&b)).cheapest(&binner, scale)
+    }
+
+    #[inline(always)]
+    fn cheapest(&self, binner: &Binner, scale: f32) -> Option<Split> {
+        let mut best = (f32::INFINITY, 0, 0);
         for axis in 0..3 {
             // Flat axes have everything in bin 0.
             if binner.scale[axis] > 0.0 {
                 let (cost, bin) = self.sweep(axis, binner.count, scale);
                 if cost < best.0 {
-                    best = (cost, Some(Split { axis, bin, binner }));
+                    best = (cost, axis, bin);
                 }
             }
         }
-        best.1
+        let (cost, axis, bin) = best;
+        (cost < f32::INFINITY).then(|| {
+            let union = |boxes: &[WideBox]| boxes.iter().fold(WideBox::EMPTY, |all, &one| all.union(one));
+            let (left, right) = self.boxes[axis][..binner.count].split_at(bin);
+            Split { axis, bin, binner: *binner, bounds: [union(left), union(right)] }
+        })
     }
 
     /// The cheapest border of one axis: cost (infinite if there is none) and first bin to its right.
+    #[inline(always)]
     fn sweep(&self, axis: usize, count: usize, scale: f32) -> (f32, usize) {
         let (boxes, counts) = (&self.boxes[axis][..count], &self.counts[axis][..count]);
         // Cost of everything from a bin rightwards; infinite where that is nothing.

@@ -6,8 +6,7 @@
 
 use smallvec::SmallVec;
 
-use super::bvh2::Node2;
-use super::fragment::Fragment;
+use super::bvh2::{Binary, Node2, filled};
 use crate::bvh::child::MAX_LEAF_BLOCKS;
 
 /// Cost of visiting a wide node.
@@ -48,49 +47,10 @@ pub struct Part {
 }
 
 impl Collapse {
-    /// Plans, bottom-up. `triangles`: primitives below this are triangles; `scale` keeps areas finite.
-    pub fn plan(nodes: &[Node2], fragments: &[Fragment], triangles: u32, scale: f32) -> Collapse {
-        let mut choices = vec![Choice::default(); nodes.len()];
-        // Children follow their parents, so backwards is bottom-up, and leaves come in falling order of fragments.
-        let mut end = fragments.len();
-        for index in (0..nodes.len()).rev() {
-            let node = &nodes[index];
-            let area = node.aabb().half_area(scale);
-            let blocks = node.count.div_ceil(4);
-            let leaf_cost = area * blocks as f32 * BLOCK_COST;
-            choices[index] = match node.children(index) {
-                None => {
-                    end -= node.count as usize;
-                    let kinds = if fragments[end].prim < triangles { 1 } else { 2 };
-                    Choice { cost: [leaf_cost; 3], leaf: true, kinds, ..Choice::default() }
-                }
-                Some((left, right)) => {
-                    let (left, right) = (&choices[left], &choices[right]);
-                    let (four, inner_left) = distribute(left, right, 4);
-                    let (three, left_of_three) = distribute(left, right, 3);
-                    let two = left.cost[0] + right.cost[0];
-                    let kinds = left.kinds | right.kinds;
-                    let inner_cost = area * NODE_COST + four;
-                    let leaf = blocks <= MOST_BLOCKS && kinds != 3 && leaf_cost <= inner_cost;
-                    let mut choice = Choice {
-                        cost: [if leaf { leaf_cost } else { inner_cost }; 3],
-                        inner_left,
-                        leaf,
-                        kinds,
-                        ..Choice::default()
-                    };
-                    if two < choice.cost[0] {
-                        choice.cost[1..].fill(two);
-                        choice.left[1] = 1;
-                    }
-                    if three < choice.cost[1] {
-                        choice.cost[2] = three;
-                        choice.left[2] = left_of_three;
-                    }
-                    choice
-                }
-            };
-        }
+    /// Plans. `triangles`: primitives below this are triangles; `scale` keeps areas finite.
+    pub fn plan(binary: &Binary, triangles: u32, scale: f32) -> Collapse {
+        let mut choices = filled(Choice::default(), binary.nodes.len());
+        Planner { triangles, scale }.plan(&binary.nodes, &binary.order, &mut choices);
         Collapse { choices }
     }
 
@@ -143,6 +103,83 @@ impl Collapse {
             }
             _ => parts.push(part),
         }
+    }
+}
+
+/// Subtrees of more nodes than this are planned in parallel halves.
+const PARALLEL: usize = 1 << 13;
+
+/// What all subtrees share.
+struct Planner {
+    triangles: u32,
+    scale: f32,
+}
+
+impl Planner {
+    /// Plans a subtree, bottom-up.
+    fn plan(&self, nodes: &[Node2], order: &[u32], choices: &mut [Choice]) {
+        match nodes[0].children(0) {
+            Some((_, right)) if nodes.len() > PARALLEL => {
+                let (order_left, order_right) = order.split_at(nodes[1].count as usize);
+                let (own_and_left, choices_right) = choices.split_at_mut(right);
+                let (own, choices_left) = own_and_left.split_at_mut(1);
+                rayon::join(
+                    || self.plan(&nodes[1..right], order_left, choices_left),
+                    || self.plan(&nodes[right..], order_right, choices_right),
+                );
+                own[0] = self.inner(&nodes[0], &choices_left[0], &choices_right[0]);
+            }
+            _ => {
+                // Children follow their parents, so backwards is bottom-up, and leaves come in falling order of
+                // primitives.
+                let mut end = order.len();
+                for (index, node) in nodes.iter().enumerate().rev() {
+                    choices[index] = match node.children(index) {
+                        Some((left, right)) => self.inner(node, &choices[left], &choices[right]),
+                        None => {
+                            end -= node.count as usize;
+                            self.leaf(node, order[end])
+                        }
+                    };
+                }
+            }
+        }
+    }
+
+    /// `first`: one of its primitives.
+    fn leaf(&self, node: &Node2, first: u32) -> Choice {
+        let cost = node.aabb().half_area(self.scale) * node.count.div_ceil(4) as f32 * BLOCK_COST;
+        let kinds = if first < self.triangles { 1 } else { 2 };
+        Choice { cost: [cost; 3], leaf: true, kinds, ..Choice::default() }
+    }
+
+    #[inline(always)]
+    fn inner(&self, node: &Node2, left: &Choice, right: &Choice) -> Choice {
+        let area = node.aabb().half_area(self.scale);
+        let blocks = node.count.div_ceil(4);
+        let leaf_cost = area * blocks as f32 * BLOCK_COST;
+        let (four, inner_left) = distribute(left, right, 4);
+        let (three, left_of_three) = distribute(left, right, 3);
+        let two = left.cost[0] + right.cost[0];
+        let kinds = left.kinds | right.kinds;
+        let inner_cost = area * NODE_COST + four;
+        let leaf = blocks <= MOST_BLOCKS && kinds != 3 && leaf_cost <= inner_cost;
+        let mut choice = Choice {
+            cost: [if leaf { leaf_cost } else { inner_cost }; 3],
+            inner_left,
+            leaf,
+            kinds,
+            ..Choice::default()
+        };
+        if two < choice.cost[0] {
+            choice.cost[1..].fill(two);
+            choice.left[1] = 1;
+        }
+        if three < choice.cost[1] {
+            choice.cost[2] = three;
+            choice.left[2] = left_of_three;
+        }
+        choice
     }
 }
 

@@ -13,7 +13,7 @@ use crate::scene::shapes::Shapes;
 use crate::system::Buffer;
 
 /// Up to four consecutive entries of the leaf order, for one leaf block.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     first: u32,
     count: u32,
@@ -32,16 +32,69 @@ pub struct Skeleton {
     pub depth: u32,
 }
 
+/// Subtrees of no more primitives than this are laid out by one thread.
+const PIECE: u32 = 1 << 14;
+
+/// What to do with subtrees of at most [`PIECE`] primitives.
+enum Small {
+    /// Lay them out in place.
+    Emit,
+    /// Write down which they are.
+    Note(Vec<Part>),
+    /// Take the next one that has been laid out.
+    Take(std::vec::IntoIter<Skeleton>),
+}
+
 impl Skeleton {
-    /// Lays out nodes and leaves.
+    /// Lays out nodes and leaves: small subtrees in parallel, and then what is above them.
     pub fn new(nodes: &[Node2], plan: &Collapse) -> Skeleton {
+        let root = Part { node: 0, first: 0 };
+        let pieces = match Skeleton::of(nodes, plan, root, Small::Note(Vec::new())).1 {
+            Small::Note(parts) => {
+                parts.into_par_iter().map(|part| Skeleton::of(nodes, plan, part, Small::Emit).0).collect()
+            }
+            _ => Vec::new(),
+        };
+        Skeleton::of(nodes, plan, root, Small::Take(pieces.into_iter())).0
+    }
+
+    /// Lays out a subtree on this thread.
+    fn of(nodes: &[Node2], plan: &Collapse, part: Part, mut small: Small) -> (Skeleton, Small) {
         let mut skeleton = Skeleton::default();
-        skeleton.emit(nodes, plan, Part { node: 0, first: 0 }, 1);
-        skeleton
+        skeleton.emit(nodes, plan, part, 1, &mut small);
+        (skeleton, small)
+    }
+
+    /// Takes over a subtree that was laid out on its own.
+    fn append(&mut self, piece: Skeleton, depth: u32) -> Child {
+        let index = self.nodes.len() as u32;
+        let (triangles, spheres) = (self.triangles.len() as u32, self.spheres.len() as u32);
+        self.nodes.extend(piece.nodes.into_iter().map(|mut node| {
+            for child in &mut node.children {
+                *child = child.moved(index, triangles, spheres);
+            }
+            node
+        }));
+        self.triangles.extend(piece.triangles);
+        self.spheres.extend(piece.spheres);
+        self.depth = self.depth.max(depth - 1 + piece.depth);
+        Child::inner(index)
     }
 
     /// Recursion is as deep as the tree, and so bounded.
-    fn emit(&mut self, nodes: &[Node2], plan: &Collapse, part: Part, depth: u32) -> Child {
+    fn emit(&mut self, nodes: &[Node2], plan: &Collapse, part: Part, depth: u32, small: &mut Small) -> Child {
+        if nodes[part.node].count <= PIECE {
+            match small {
+                Small::Emit => {}
+                Small::Note(parts) => {
+                    parts.push(part);
+                    return Child::ROOT;
+                }
+                Small::Take(pieces) => {
+                    return self.append(pieces.next().expect("as many as were noted"), depth);
+                }
+            }
+        }
         self.depth = self.depth.max(depth);
         let index = self.nodes.len();
         self.nodes.push(Node4::new(&[]));
@@ -56,8 +109,11 @@ impl Skeleton {
             for (slot, part) in children.iter_mut().zip(&parts) {
                 let leaf = plan.is_leaf(part.node);
                 if leaf == leaves {
-                    let child =
-                        if leaf { self.leaf(nodes, plan, *part) } else { self.emit(nodes, plan, *part, depth + 1) };
+                    let child = if leaf {
+                        self.leaf(nodes, plan, *part)
+                    } else {
+                        self.emit(nodes, plan, *part, depth + 1, small)
+                    };
                     *slot = (child, nodes[part.node].aabb());
                 }
             }
@@ -104,5 +160,22 @@ pub fn sphere_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Buffer
 impl Block {
     fn prims<'a>(&self, order: &'a [u32]) -> &'a [u32] {
         &order[self.first as usize..][..self.count as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::build::tests::random_tree;
+
+    #[test]
+    fn pieces_give_what_one_thread_would() {
+        let (binary, triangles) = random_tree(100_000);
+        let plan = Collapse::plan(&binary, triangles, 1.0);
+        let pieces = Skeleton::new(&binary.nodes, &plan);
+        let whole = Skeleton::of(&binary.nodes, &plan, Part { node: 0, first: 0 }, Small::Emit).0;
+        assert_eq!(pieces.nodes, whole.nodes);
+        assert_eq!((pieces.triangles, pieces.spheres), (whole.triangles, whole.spheres));
+        assert_eq!(pieces.depth, whole.depth);
     }
 }

@@ -1,8 +1,8 @@
 //! Arguments of `comber bench` as typed. What they mean together is decided in `request`.
 
-use crate::cli::args::{ACCELS, CameraArgs, ReportArgs, SIMDS, StagingArgs};
+use crate::cli::args::{AccelArgs, CameraArgs, ReportArgs, SIMDS, StagingArgs};
 use crate::cli::values::{self, choice, whole};
-use crate::options::{Accel, Simd};
+use crate::options::Simd;
 use clap::{ArgAction, Args};
 use std::path::PathBuf;
 
@@ -22,6 +22,9 @@ pub struct BenchArgs {
     /// How long.
     #[command(flatten)]
     pub effort: EffortArgs,
+    /// What answers comber's rays.
+    #[command(flatten)]
+    pub accel: AccelArgs,
     /// Beside whom.
     #[command(flatten)]
     pub peer: PeerArgs,
@@ -86,9 +89,6 @@ pub struct EffortArgs {
     /// Instruction set of comber's kernels.
     #[arg(long, value_name = "SET", default_value = "auto", value_parser = choice(SIMDS))]
     pub simd: Simd,
-    /// What answers comber's rays.
-    #[arg(long, value_name = "KIND", default_value = "bvh", value_parser = choice(ACCELS))]
-    pub accel: Accel,
     /// Trace this set --passes times and measure nothing: for tools that count instructions. With --kernel, the first of
     /// those traces; else with --peer, its first mode that --peer-mode names; else the renderer's choice of kernels.
     #[arg(long, value_name = "SET", conflicts_with_all = ["only", "save", "against"])]

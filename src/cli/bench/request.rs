@@ -90,7 +90,7 @@ impl BenchRequest {
             return misuse("--rays has the rays of one scene, but several scenes are given");
         }
         let threads: Vec<usize> = args.effort.threads.iter().map(|&threads| threads as usize).collect();
-        let accel = AccelOptions::of(args.effort.accel);
+        let accel = resolve::accel(&args.accel)?;
         let traces = match args.effort.once {
             Some(_) => args.effort.kernel.is_empty(),
             None => has(BenchPart::Peer),
