@@ -49,6 +49,7 @@ pub mod bvh;
 pub mod cli;
 pub mod drive;
 pub mod error;
+pub mod export;
 pub mod film;
 pub mod import;
 pub mod light;

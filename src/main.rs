@@ -1,7 +1,7 @@
 //! The `comber` command.
 
 use comber::cli::args::Command;
-use comber::cli::{self, bvh, exit, info, render};
+use comber::cli::{self, bvh, exit, info, mesh, render};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -9,5 +9,6 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Info(args) => info::run(args),
         Command::Bvh(args) => bvh::run(args),
+        Command::Mesh(args) => mesh::run(args),
     })
 }

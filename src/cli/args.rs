@@ -32,6 +32,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Draw the boxes of one level of the bounding volume hierarchy.
     Bvh(BvhArgs),
+    /// Write a mesh as PLY, as it is or split into smaller triangles.
+    Mesh(MeshArgs),
 }
 
 /// `comber render`.
@@ -96,6 +98,37 @@ pub struct BvhArgs {
     /// Worker threads [default: one a processor].
     #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
           allow_negative_numbers = true, help_heading = "Speed (the picture stays the same)")]
+    pub threads: Option<u32>,
+    /// What to say.
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// `comber mesh`.
+#[derive(Debug, Args)]
+#[command(args_override_self = true, after_help = MESH_EXAMPLES)]
+pub struct MeshArgs {
+    /// A scene file (.dae, .ply, .obj), or a generated mesh (proc:NAME[,tris=N][,seed=S]).
+    #[arg(value_name = "INPUT")]
+    pub scene: PathBuf,
+    /// Write the mesh here.
+    #[arg(short, long, value_name = "FILE.ply")]
+    pub output: PathBuf,
+    /// Split every triangle into N times N, by N steps along its edges.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub split: u32,
+    /// Move every vertex by smooth noise of up to X times the mean edge of INPUT.
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = values::share, allow_negative_numbers = true)]
+    pub noise: f32,
+    /// Write numbers as text [default: binary, big-endian].
+    #[arg(long, conflicts_with = "little_endian")]
+    pub ascii: bool,
+    /// Write binary numbers with their lowest byte first.
+    #[arg(long)]
+    pub little_endian: bool,
+    /// Worker threads [default: one a processor].
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
+          allow_negative_numbers = true)]
     pub threads: Option<u32>,
     /// What to say.
     #[command(flatten)]
@@ -376,5 +409,17 @@ that end above the level are not drawn.
 Examples:
   comber bvh --depth 0 -o root.png box.dae
   comber bvh --depth 8 -r 1920 1080 proc:cubes,tris=1M
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const MESH_EXAMPLES: &str = "\
+Triangles that share an edge share the vertices on it, and noise depends on nothing but the position, so a closed \
+mesh stays closed. The file is streamed: only INPUT has to fit in memory. All meshes of INPUT become one; materials, \
+spheres, lights and camera are left out, and normals too if the mesh is split or moved.
+
+Examples:
+  comber mesh lucy.obj --split 17 --noise 0.1 -o lucy28m.ply   289 triangles for each
+  comber mesh proc:knot,tris=1M -o knot.ply                    a generated mesh
+  comber mesh scan.ply --ascii -o readable.ply                 another encoding
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";

@@ -104,7 +104,7 @@ fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result
 }
 
 /// A scene, and the camera that comes with it if that is not a node of its file.
-fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> {
+pub fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> {
     match source {
         SceneSource::BuiltIn => default::description().map(|staged| (staged.description, Some(staged.camera))),
         SceneSource::Generated(specification) => {

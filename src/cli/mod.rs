@@ -7,6 +7,7 @@ pub mod exit;
 pub mod info;
 pub mod interrupt;
 pub mod load;
+pub mod mesh;
 pub mod provenance;
 pub mod render;
 pub mod report;

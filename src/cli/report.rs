@@ -212,8 +212,12 @@ pub fn scene_json(loaded: &Loaded) -> Value {
 
 /// Notes on options and scene.
 pub fn notes_json(notes: &[Note], loaded: &Loaded) -> Value {
-    let all = notes.iter().chain(&loaded.scene.notes);
-    all.map(|note| json!({ "warning": note.warning, "text": note.text })).collect()
+    notes.iter().chain(&loaded.scene.notes).map(note_json).collect()
+}
+
+/// One note.
+pub fn note_json(note: &Note) -> Value {
+    json!({ "warning": note.warning, "text": note.text })
 }
 
 /// A path as text, as JSON has no other names; what is not UTF-8 is replaced.

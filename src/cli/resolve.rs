@@ -297,15 +297,17 @@ fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptiv
 }
 
 fn scene(args: SceneArgs) -> SceneRequest {
-    let source = match args.path.or(args.scene) {
-        None => SceneSource::BuiltIn,
-        Some(path) => match path.to_str().filter(|text| text.starts_with("proc:")) {
-            Some(specification) => SceneSource::Generated(specification.to_owned()),
-            None => SceneSource::File(path),
-        },
-    };
+    let source = args.path.or(args.scene).map_or(SceneSource::BuiltIn, scene_source);
     let options = SceneOptions { normals: args.normals, substitute_materials: args.substitute_materials };
     SceneRequest { source, stage: args.stage, up: args.up, options }
+}
+
+/// A file, or a mesh to generate.
+pub fn scene_source(path: PathBuf) -> SceneSource {
+    match path.to_str().filter(|text| text.starts_with("proc:")) {
+        Some(specification) => SceneSource::Generated(specification.to_owned()),
+        None => SceneSource::File(path),
+    }
 }
 
 /// From where, and the frame size that goes with it if a settings file has one.

@@ -44,6 +44,14 @@ pub fn angle(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A share of something: 0 is none of it.
+pub fn share(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("must be a number from 0 to 1".into()),
+    }
+}
+
 /// The tolerance of adaptive sampling.
 pub fn tolerance(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
