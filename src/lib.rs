@@ -46,6 +46,7 @@
 //! ```
 
 pub mod bvh;
+pub mod cache;
 pub mod cli;
 pub mod drive;
 pub mod error;

@@ -13,6 +13,7 @@ use tempfile::TempDir;
 fn comber(directory: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
     command.current_dir(directory).env("SOURCE_DATE_EPOCH", "1000000000").stdin(Stdio::null());
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 

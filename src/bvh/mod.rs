@@ -16,6 +16,7 @@ pub mod ray;
 mod sphere;
 mod sphere4;
 mod stats;
+pub(crate) mod stored;
 mod traverse;
 mod tri4;
 mod triangle;

@@ -7,6 +7,7 @@ use crate::scene::viewpoint::CameraChoice;
 use clap::{ArgAction, Args, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// The most samples a pixel, and the largest batch: two of them still add up in 32 bits.
 pub const MAX_SAMPLES: u32 = i32::MAX as u32;
@@ -34,6 +35,8 @@ pub enum Command {
     Bvh(BvhArgs),
     /// Write a mesh as PLY, as it is or split into smaller triangles.
     Mesh(MeshArgs),
+    /// List or remove the trees that are kept on disk.
+    Cache(CacheArgs),
 }
 
 /// `comber render`.
@@ -135,6 +138,51 @@ pub struct MeshArgs {
     pub report: ReportArgs,
 }
 
+/// `comber cache`.
+#[derive(Debug, Args)]
+#[command(after_help = CACHE_EXAMPLES)]
+pub struct CacheArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: CacheAction,
+}
+
+/// What `comber cache` does.
+#[derive(Debug, Subcommand)]
+pub enum CacheAction {
+    /// List the trees, those used last first.
+    Ls(CacheFolderArgs),
+    /// Remove trees: all, those that were not used for a while, or one.
+    Clear(CacheClearArgs),
+    /// Print the folder.
+    Path(CacheFolderArgs),
+}
+
+/// Which cache, and what to say of it.
+#[derive(Debug, Args)]
+pub struct CacheFolderArgs {
+    /// Another folder than the user's.
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Print JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which trees to remove.
+#[derive(Debug, Args)]
+pub struct CacheClearArgs {
+    /// Only this tree, by its key or the first digits of it.
+    #[arg(value_name = "KEY", value_parser = values::key_digits)]
+    pub key: Option<String>,
+    /// Only trees that were last used longer ago than this: 90m, 12h, 30d, 4w.
+    #[arg(long, value_name = "AGE", value_parser = values::age, conflicts_with = "key", allow_negative_numbers = true)]
+    pub older_than: Option<Duration>,
+    /// Which cache.
+    #[command(flatten)]
+    pub folder: CacheFolderArgs,
+}
+
 /// Which scene, and what is made of it.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
@@ -159,6 +207,25 @@ pub struct SceneArgs {
     /// Render materials that are not modelled as diffuse ones, with a warning, instead of failing.
     #[arg(long)]
     pub substitute_materials: bool,
+    /// How much of memory and disk.
+    #[command(flatten)]
+    pub storage: StorageArgs,
+}
+
+/// How much memory may be used, and where trees are kept.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Memory and cache (the picture stays the same)")]
+pub struct StorageArgs {
+    /// Fail, before it is taken, rather than use more memory than SIZE, as in 8GiB [default: what is available].
+    #[arg(long, value_name = "SIZE", value_parser = values::size, allow_negative_numbers = true)]
+    pub memory_limit: Option<u64>,
+    /// Keep the tree of every scene in the folder DIR, and take it from there the next time; `off`: neither
+    /// [default: trees of more than a million primitives, in the folder that `comber cache path` prints].
+    #[arg(long, value_name = "DIR|off")]
+    pub cache: Option<PathBuf>,
+    /// Of the kept trees, remove those used longest ago beyond SIZE [default: 8GiB].
+    #[arg(long, value_name = "SIZE", value_parser = values::size, allow_negative_numbers = true)]
+    pub cache_limit: Option<u64>,
 }
 
 /// Which files, and how they look.
@@ -421,5 +488,18 @@ Examples:
   comber mesh lucy.obj --split 17 --noise 0.1 -o lucy28m.ply   289 triangles for each
   comber mesh proc:knot,tris=1M -o knot.ply                    a generated mesh
   comber mesh scan.ply --ascii -o readable.ply                 another encoding
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const CACHE_EXAMPLES: &str = "\
+Trees of meshes of more than a million primitives are kept, as building them takes a while; --cache and --cache-limit \
+of the other commands change where, which and how many. A tree is known by all that it was built from, so it is never \
+out of date, and a file that is damaged is built anew. Removing trees does no harm to a render that is using them.
+
+Examples:
+  comber cache ls
+  comber cache clear --older-than 30d
+  comber cache clear 5f0c2a
+  comber render scan.ply --cache /fast/disk --cache-limit 50GiB
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";

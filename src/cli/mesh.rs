@@ -1,6 +1,7 @@
 //! `comber mesh`.
 
 use super::args::{MeshArgs, ReportArgs};
+use super::budget::{self, Budget};
 use super::exit::Done;
 use super::interrupt::Interrupt;
 use super::load::{describe, print_notes};
@@ -33,8 +34,10 @@ pub fn run(args: MeshArgs) -> anyhow::Result<Done> {
     Interrupt::watch([output.as_path()])?;
     use_threads(args.threads)?;
     let start = Instant::now();
+    let source = scene_source(args.scene);
+    Budget { limit: None }.start("reading the mesh", budget::reading(&source)?)?;
     let progress = Progress::busy("reading", !args.report.quiet);
-    let (description, _) = describe(&scene_source(args.scene))?;
+    let (description, _) = describe(&source)?;
     let mut notes = description.notes.clone();
     notes.extend(left_out(&description));
     let name = description.name.clone();

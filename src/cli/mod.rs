@@ -1,7 +1,9 @@
 //! The command line: arguments as typed, requests as resolved, and one file a subcommand.
 
 pub mod args;
+pub mod budget;
 pub mod bvh;
+pub mod cache;
 pub mod camera;
 pub mod exit;
 pub mod info;
@@ -12,6 +14,7 @@ pub mod provenance;
 pub mod render;
 pub mod report;
 pub mod resolve;
+pub mod tree;
 pub mod values;
 
 use args::Cli;
