@@ -50,7 +50,17 @@ const ENDLESS: &str = "render proc:cubes,tris=12 -r 64 48 -s 2000000000 -o a.png
 #[test]
 fn help_and_version_are_no_errors() {
     let dir = directory();
-    for arguments in ["--help", "-h", "render -h", "render --help", "info --help", "bvh --help", "help render"] {
+    for arguments in [
+        "--help",
+        "-h",
+        "render -h",
+        "render --help",
+        "info --help",
+        "bvh --help",
+        "help render",
+        "mesh --help",
+        "cache --help",
+    ] {
         let output = line(dir.path(), arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments}");
         assert!(String::from_utf8(output.stdout).unwrap().contains("Examples:"), "{arguments}");

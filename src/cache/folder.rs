@@ -121,10 +121,12 @@ impl Cache {
             )));
         }
         make_private(&self.folder).map_err(|e| Error::io(&self.folder, "make the folder", e))?;
-        // Renaming would not replace a file that is read-only; and a pipe of this name would be written to.
-        match fs::symlink_metadata(&path) {
-            Ok(found) if !found.is_dir() => remove(&path)?,
-            _ => {}
+        // A file that is read-only would not be replaced, and a pipe would be written to. Others are not removed before the new
+        // one is whole: this process may be killed.
+        if fs::symlink_metadata(&path)
+            .is_ok_and(|found| !found.is_dir() && (!found.is_file() || found.permissions().readonly()))
+        {
+            remove(&path)?;
         }
         // Room first: a disk that is just large enough need not hold both.
         self.evict(self.limit - bytes, Some(key))?;

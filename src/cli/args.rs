@@ -438,6 +438,8 @@ Examples:
   comber render bunny.ply --stage studio         a bare mesh
   comber info box.dae                            what a render of it would do
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
+  comber mesh bunny.ply --split 8 -o large.ply   the mesh in 64 times as many triangles
+  comber cache ls                                trees of large meshes, kept on disk
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
@@ -447,6 +449,7 @@ Examples:
   comber render -s 2048 -a 64 0.05 -o box.exr -o box.png box.dae
   comber render proc:cubes,tris=1M --stage cornell -r 960 720
   comber render bunny.ply --up z --vp -0.5,1,3 --vi 0,0.5,0 --yfov 30
+  comber render scan.ply --memory-limit 16GiB --cache /fast/disk
 
 Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second \
 signal ends comber at once, and earlier files stay as they were.
