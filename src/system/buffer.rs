@@ -21,7 +21,8 @@ const HUGE_FROM: usize = 2 * HUGE_PAGE;
 ///
 /// Rays wait for the pages of a large tree: on 28.9 million triangles (1.7 GiB; Linux 6.18 as a virtual machine, 2 cores), diffuse
 /// bounce rays take 1.25 times as long on small pages as on huge ones (1.22 to 1.29), on the dragon (57 MiB) 1.04 times. Huge
-/// pages are also three times as fast to come by (0.26 s against 0.75 s for 1.7 GB). Linux maps the cached pages of large files as huge
+/// pages are also three times as fast to come by (0.26 s against 0.75 s for 1.7 GB), unless a virtual machine's host has to find them first
+/// (up to 5 s, once). Linux maps the cached pages of large files as huge
 /// ones by itself, and rays are then as fast as here.
 ///
 /// Any type without padding for which all bit patterns are valid can be stored: `#[derive(Pod, Zeroable)]` on a
@@ -58,7 +59,7 @@ impl<T: Pod + Send + Sync> Buffer<T> {
     }
 
     /// The same; `None` if there is no memory.
-    pub fn try_zeroed(len: usize) -> Option<Buffer<T>> {
+    fn try_zeroed(len: usize) -> Option<Buffer<T>> {
         const { assert!(align_of::<T>() <= align_of::<Line>()) };
         let bytes = Layout::array::<T>(len).ok()?.size();
         if bytes >= HUGE_FROM {
