@@ -50,9 +50,11 @@
 
 pub mod bench;
 pub mod bvh;
+pub mod cache;
 pub mod cli;
 pub mod drive;
 pub mod error;
+pub mod export;
 pub mod film;
 pub mod import;
 pub mod light;

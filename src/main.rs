@@ -1,14 +1,18 @@
 //! The `comber` command.
 
 use comber::cli::args::Command;
-use comber::cli::{self, bench, bvh, exit, info, render};
+use comber::cli::{self, bench, bvh, cache, exit, info, mesh, render};
 use std::process::ExitCode;
+use std::time::Instant;
 
 fn main() -> ExitCode {
+    let started = Instant::now();
     exit::guard(|| match cli::parse()?.command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(args, started),
         Command::Info(args) => info::run(args),
         Command::Bvh(args) => bvh::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Mesh(args) => mesh::run(args),
+        Command::Cache(args) => cache::run(args),
     })
 }

@@ -4,6 +4,7 @@ mod common;
 
 use comber::bvh::{Bvh4, peak_bytes};
 use comber::measure::memory::{current_resident, peak_resident};
+use comber::options::AccelOptions;
 use comber::scene::procedural;
 use comber::scene::{Scene, SceneOptions};
 use common::rays::QUALITIES;
@@ -23,7 +24,7 @@ fn peaks_are_predicted() {
                 println!("skipped: this system does not tell the peak of a phase");
                 return;
             }
-            let bvh = Bvh4::build(&scene.shapes, quality).unwrap();
+            let bvh = Bvh4::build(&scene.shapes, &AccelOptions { quality, ..Default::default() }).unwrap();
             let (Some(before), Some(peak)) = (before, peak_resident()) else {
                 println!("skipped: this system does not tell what a process holds");
                 return;

@@ -194,7 +194,7 @@ fn assert_agrees(bvh: &Accel, options: &AccelOptions, shapes: &Shapes, rays: &[R
     }
     let mut single = bvh.single();
     for (ray, expected) in rays.iter().zip(expected) {
-        assert_eq!(single.closest_hit(ray), *expected);
+        assert_eq!(single.closest_hit(ray), expected);
         assert_eq!(single.any_hit(ray), expected.is_some());
         if expected.is_some() {
             assert_eq!(expected.geom, shapes.geometry_of(expected.prim));

@@ -13,6 +13,7 @@ use tempfile::TempDir;
 fn comber(directory: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
     command.current_dir(directory).env("SOURCE_DATE_EPOCH", "1000000000").stdin(Stdio::null());
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 
@@ -49,9 +50,18 @@ const ENDLESS: &str = "render proc:cubes,tris=12 -r 64 48 -s 2000000000 -o a.png
 #[test]
 fn help_and_version_are_no_errors() {
     let dir = directory();
-    for arguments in
-        ["--help", "-h", "render -h", "render --help", "info --help", "bvh --help", "bench --help", "help render"]
-    {
+    for arguments in [
+        "--help",
+        "-h",
+        "render -h",
+        "render --help",
+        "info --help",
+        "bvh --help",
+        "bench --help",
+        "help render",
+        "mesh --help",
+        "cache --help",
+    ] {
         let output = line(dir.path(), arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments}");
         assert!(String::from_utf8(output.stdout).unwrap().contains("Examples:"), "{arguments}");

@@ -164,7 +164,8 @@ pub fn path(name: &str) -> Result<PathBuf> {
 
 /// Where records are kept.
 fn home() -> Option<PathBuf> {
-    dirs::data_dir().map(|folder| folder.join("comber").join("bench"))
+    use etcetera::BaseStrategy as _;
+    Some(etcetera::base_strategy::choose_native_strategy().ok()?.data_dir().join("comber").join("bench"))
 }
 
 #[cfg(test)]

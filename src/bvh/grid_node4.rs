@@ -28,7 +28,8 @@ pub struct GridNode4 {
 const _: () = assert!(size_of::<GridNode4>() == 64);
 
 /// The grid of a tree: `point = origin + step · number`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Grid {
     origin: Vec3,
     step: Vec3,
@@ -53,8 +54,14 @@ impl Grid {
         // Two steps to spare on either side.
         let step = extent / (LAST - 6.0);
         let per_unit = step.recip();
+        let grid = Grid { origin: bounds.min - 2.0 * step, step, per_unit };
+        grid.is_sound().then_some(grid)
+    }
+
+    /// Whether all of it is in the range of single precision, with room to compute.
+    pub fn is_sound(&self) -> bool {
         let fine = |v: Vec3| v.is_finite() && v.min_element() > 1e-30 && v.max_element() < 1e30;
-        (fine(step) && fine(per_unit)).then(|| Grid { origin: bounds.min - 2.0 * step, step, per_unit })
+        fine(self.step) && fine(self.per_unit) && self.origin.is_finite()
     }
 
     /// Rounds a node's boxes outwards. `None` if one does not lie on the grid.
@@ -116,6 +123,11 @@ impl Node for GridNode4 {
             grid.origin + grid.step * numbers
         };
         (self.planes[0][0][lane] != EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
+    }
+
+    fn empty_slots_are_harmless(&self) -> bool {
+        let is_empty = |lane: usize| self.planes[0][0][lane] == EMPTY;
+        !is_empty(0) && (1..4).all(|lane| !is_empty(lane) || self.children[lane] == self.children[0])
     }
 
     #[inline(always)]

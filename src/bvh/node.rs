@@ -30,6 +30,10 @@ pub trait Node: Pod + Send + Sync {
     /// The box of a child in the world, or `None` for an empty slot.
     fn child_box(&self, frame: &Self::Frame, lane: usize) -> Option<Aabb>;
 
+    /// Whether no ray can come to harm in the slots that [`Node::child_box`] calls empty: they have no box, or one that leads where
+    /// another slot leads too.
+    fn empty_slots_are_harmless(&self) -> bool;
+
     /// Four rays as [`Node::enter`] needs them, a column a word: of the first quad `t_max` and of the second `t_min` are
     /// last. And one bit for each ray that [`Node::enter`] is sure to miss nothing for.
     fn slab<W: Wide>(wide: W, frame: &Self::Frame, rays: &Rays4) -> ([[Vec4; 4]; 2], u32);

@@ -66,6 +66,11 @@ impl Node for Node4 {
         (self.children[lane] != Child::EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
     }
 
+    fn empty_slots_are_harmless(&self) -> bool {
+        let nowhere = |lane: usize| self.planes.iter().flatten().all(|plane| plane[lane] == f32::INFINITY);
+        (0..4).all(|lane| self.children[lane] != Child::EMPTY || nowhere(lane))
+    }
+
     #[inline(always)]
     fn slab<W: Wide>(_: W, (): &(), rays: &Rays4) -> ([[Vec4; 4]; 2], u32) {
         let ([ox, oy, oz], [sx, sy, sz]) = (rays.origin, rays.scale());

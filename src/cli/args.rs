@@ -10,6 +10,7 @@ use crate::scene::viewpoint::CameraChoice;
 use clap::{ArgAction, Args, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// The most samples a pixel, and the largest batch: two of them still add up in 32 bits.
 pub const MAX_SAMPLES: u32 = i32::MAX as u32;
@@ -37,6 +38,10 @@ pub enum Command {
     Bvh(BvhArgs),
     /// Measure rays per second, beside Embree if asked, with agreement checked.
     Bench(BenchArgs),
+    /// Write a mesh as PLY, as it is or split into smaller triangles.
+    Mesh(MeshArgs),
+    /// List or remove the trees that are kept on disk.
+    Cache(CacheArgs),
 }
 
 /// `comber render`.
@@ -107,6 +112,82 @@ pub struct BvhArgs {
     pub report: ReportArgs,
 }
 
+/// `comber mesh`.
+#[derive(Debug, Args)]
+#[command(args_override_self = true, after_help = MESH_EXAMPLES)]
+pub struct MeshArgs {
+    /// A scene file (.dae, .ply, .obj), or a generated mesh (proc:NAME[,tris=N][,seed=S]).
+    #[arg(value_name = "INPUT")]
+    pub scene: PathBuf,
+    /// Write the mesh here.
+    #[arg(short, long, value_name = "FILE.ply")]
+    pub output: PathBuf,
+    /// Split every triangle into N times N, by N steps along its edges.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1, 1024), allow_negative_numbers = true)]
+    pub split: u32,
+    /// Move every vertex by smooth noise of up to X times the mean edge of INPUT.
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = values::share, allow_negative_numbers = true)]
+    pub noise: f32,
+    /// Write numbers as text [default: binary, big-endian].
+    #[arg(long, conflicts_with = "little_endian")]
+    pub ascii: bool,
+    /// Write binary numbers with their lowest byte first.
+    #[arg(long)]
+    pub little_endian: bool,
+    /// Worker threads [default: one a processor].
+    #[arg(short, long, visible_alias = "nthreads", value_name = "N", value_parser = whole(1, 1024),
+          allow_negative_numbers = true)]
+    pub threads: Option<u32>,
+    /// What to say.
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// `comber cache`.
+#[derive(Debug, Args)]
+#[command(after_help = CACHE_EXAMPLES)]
+pub struct CacheArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: CacheAction,
+}
+
+/// What `comber cache` does.
+#[derive(Debug, Subcommand)]
+pub enum CacheAction {
+    /// List the trees, those used last first.
+    Ls(CacheFolderArgs),
+    /// Remove trees: all, those that were not used for a while, or one.
+    Clear(CacheClearArgs),
+    /// Print the folder.
+    Path(CacheFolderArgs),
+}
+
+/// Which cache, and what to say of it.
+#[derive(Debug, Args)]
+pub struct CacheFolderArgs {
+    /// Another folder than the user's.
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Print JSON on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which trees to remove.
+#[derive(Debug, Args)]
+pub struct CacheClearArgs {
+    /// Only this tree, by its key or the first digits of it.
+    #[arg(value_name = "KEY", value_parser = values::key_digits)]
+    pub key: Option<String>,
+    /// Only trees that were last used longer ago than this: 90m, 12h, 30d, 4w.
+    #[arg(long, value_name = "AGE", value_parser = values::age, conflicts_with = "key", allow_negative_numbers = true)]
+    pub older_than: Option<Duration>,
+    /// Which cache.
+    #[command(flatten)]
+    pub folder: CacheFolderArgs,
+}
+
 /// Which scene, and what is made of it.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
@@ -140,6 +221,25 @@ pub struct StagingArgs {
     /// Render materials that are not modelled as diffuse ones, with a warning, instead of failing.
     #[arg(long)]
     pub substitute_materials: bool,
+    /// How much of memory and disk.
+    #[command(flatten)]
+    pub storage: StorageArgs,
+}
+
+/// How much memory may be used, and where trees are kept.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Memory and cache (the picture stays the same)")]
+pub struct StorageArgs {
+    /// Fail, before it is taken, rather than use more memory than SIZE, as in 8GiB [default: what is available].
+    #[arg(long, value_name = "SIZE", value_parser = values::size, allow_negative_numbers = true)]
+    pub memory_limit: Option<u64>,
+    /// Keep the tree of every scene in the folder DIR, and take it from there the next time; `off`: neither
+    /// [default: trees of more than a million primitives, in the folder that `comber cache path` prints].
+    #[arg(long, value_name = "DIR|off")]
+    pub cache: Option<PathBuf>,
+    /// Of the kept trees, remove those used longest ago beyond SIZE [default: 8GiB].
+    #[arg(long, value_name = "SIZE", value_parser = values::size, allow_negative_numbers = true)]
+    pub cache_limit: Option<u64>,
 }
 
 /// Which files, and how they look.
@@ -393,6 +493,8 @@ Examples:
   comber info box.dae                            what a render of it would do
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
   comber bench box.dae --peer embree             rays per second, beside Embree
+  comber mesh bunny.ply --split 8 -o large.ply   the mesh in 64 times as many triangles
+  comber cache ls                                trees of large meshes, kept on disk
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
 
@@ -402,6 +504,7 @@ Examples:
   comber render -s 2048 -a 64 0.05 -o box.exr -o box.png box.dae
   comber render proc:cubes,tris=1M --stage cornell -r 960 720
   comber render bunny.ply --up z --vp -0.5,1,3 --vi 0,0.5,0 --yfov 30
+  comber render scan.ply --memory-limit 16GiB --cache /fast/disk
 
 Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second \
 signal ends comber at once, and earlier files stay as they were.
@@ -431,5 +534,30 @@ that end above the level are not drawn.
 Examples:
   comber bvh --depth 0 -o root.png box.dae
   comber bvh --depth 8 -r 1920 1080 proc:cubes,tris=1M
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const MESH_EXAMPLES: &str = "\
+Triangles that share an edge share the vertices on it, and noise depends on nothing but the position, so a closed \
+mesh stays closed. The file is streamed: only INPUT has to fit in memory. All meshes of INPUT become one; materials, \
+spheres, lights and camera are left out, and normals too if the mesh is split or moved.
+
+Examples:
+  comber mesh lucy.obj --split 17 --noise 0.1 -o lucy28m.ply   289 triangles for each
+  comber mesh proc:knot,tris=1M -o knot.ply                    a generated mesh
+  comber mesh scan.ply --ascii -o readable.ply                 another encoding
+
+Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";
+
+const CACHE_EXAMPLES: &str = "\
+Trees of meshes of more than a million primitives are kept, as building them takes a while; --cache and --cache-limit \
+of the other commands change where, which and how many. A tree is known by all that it was built from, so it is never \
+out of date, and a file that is damaged is built anew. Removing trees does no harm to a render that is using them.
+
+Examples:
+  comber cache ls
+  comber cache clear --older-than 30d
+  comber cache clear 5f0c2a
+  comber render scan.ply --cache /fast/disk --cache-limit 50GiB
 
 Exit status: 0 done, 1 failed, 2 misused, 130 interrupted.";

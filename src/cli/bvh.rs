@@ -31,13 +31,14 @@ pub fn run(args: BvhArgs) -> anyhow::Result<Done> {
     for path in &request.outputs {
         output::check(path)?;
     }
-    let interrupt = Interrupt::watch(request.outputs.iter().map(PathBuf::as_path))?;
+    let interrupt =
+        Interrupt::watch(request.outputs.iter().map(PathBuf::as_path).chain(request.scene.storage.kept().as_deref()))?;
     use_threads(request.options.threads)?;
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
     let wires = wires(&loaded, request.depth)?;
     let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
     // A picture without its lines is of no use to anyone, so a signal ends the process.
-    let outcome = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
+    let (outcome, _) = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
     let mut picture = outcome.picture;
     draw(&mut picture, &loaded, &wires);
     picture.provenance = provenance(&loaded, &request.options, outcome.stats.samples, false, &created);
@@ -51,6 +52,7 @@ pub fn run(args: BvhArgs) -> anyhow::Result<Done> {
             "scene": report::scene_json(&loaded),
             "camera": loaded.camera,
             "bvh": loaded.accel.stats(),
+            "tree": loaded.tree,
             "depth": request.depth,
             "boxes": wires.len(),
             "pictures": request.outputs.iter().map(|path| report::path_json(path)).collect::<Vec<_>>(),

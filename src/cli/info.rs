@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 pub fn run(args: InfoArgs) -> anyhow::Result<Done> {
     let request = RenderRequest::new(args.render)?;
     print_notes(&request.notes, request.report);
-    Interrupt::watch([])?;
+    Interrupt::watch(request.scene.storage.kept().as_deref())?;
     use_threads(request.options.threads)?;
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
     let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
@@ -37,6 +37,8 @@ fn as_json(request: &RenderRequest, loaded: &Loaded, plan: &Plan) -> Value {
         "bvh": loaded.accel.stats(),
         "plan": plan,
         "seconds": loaded.seconds,
+        "tree": loaded.tree,
+        "memory": report::memory_json(loaded),
         "notes": report::notes_json(&request.notes, loaded),
     })
 }
@@ -97,7 +99,7 @@ pub fn accel(loaded: &Loaded) -> String {
     let (bytes, each) = (units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
     facts.add("memory", format!("{bytes}, {each:.1} B a primitive"));
     facts.add("built in", report::seconds(stats.build_seconds));
-    if stats.quality.is_some() {
+    if stats.quality.is_some() && loaded.tree.source == "built" {
         let PhaseSeconds { fragments, binary, reinsertion, collapse, emit } = stats.phase_seconds;
         let phases = [
             ("boxes", fragments),
@@ -107,6 +109,9 @@ pub fn accel(loaded: &Loaded) -> String {
             ("nodes and leaves", emit),
         ];
         facts.add("of this", phases.map(|(name, seconds)| format!("{name} {}", report::seconds(seconds))).join(", "));
+    }
+    if loaded.tree.source == "cache" {
+        facts.add("from the cache in", report::seconds(loaded.tree.seconds.load));
     }
     facts.text()
 }

@@ -1,15 +1,17 @@
 //! The scene argument → scene, acceleration structure and camera, in phases that the user sees.
 
 use super::args::ReportArgs;
+use super::budget::{self, Budget, Phase};
 use super::camera;
 use super::exit::complain;
 use super::resolve::{SceneRequest, SceneSource, ViewRequest};
-use crate::bvh::{Accel, peak_bytes};
+use super::tree::{Origin, Wanted};
+use crate::bvh::Accel;
 use crate::error::{Error, Note, Result};
 use crate::import;
+use crate::measure::memory;
 use crate::measure::progress::Progress;
-use crate::measure::{memory, units};
-use crate::options::{Accel as AccelKind, RenderOptions};
+use crate::options::RenderOptions;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::default;
@@ -31,8 +33,14 @@ pub struct Loaded {
     pub accel: Accel,
     /// From where it is seen.
     pub camera: Camera,
-    /// How long it took.
+    /// Where that came from.
+    pub tree: Origin,
+    /// How long reading and preparing took.
     pub seconds: LoadSeconds,
+    /// Memory of reading.
+    pub read_memory: Phase,
+    /// Bytes resident when all is loaded; `None` where the system does not say.
+    pub resident: Option<u64>,
 }
 
 /// Wall times of the phases of loading.
@@ -42,44 +50,30 @@ pub struct LoadSeconds {
     pub read: f64,
     /// Laying out the tables.
     pub prepare: f64,
-    /// Building the acceleration structure.
-    pub build: f64,
 }
 
-/// Reads, stages, lays out and builds; prints what the user should know about the scene.
+/// Reads, stages, lays out, and gets the tree; prints what the user should know about the scene.
 pub fn load(request: &SceneRequest, view: &ViewRequest, options: &RenderOptions, report: ReportArgs) -> Result<Loaded> {
     let show = !report.quiet;
+    let budget = Budget { limit: request.storage.memory_limit };
+    let read_memory = budget.start("reading the scene", budget::reading(&request.source)?)?;
     let (staged, read) = phase("reading", show, || {
         let (description, camera) = describe(&request.source)?;
         let staged = put_on_stage(description, camera, request)?;
         let camera = camera::resolve(view, &staged, options)?;
         Ok((staged.description, staged.stage, camera))
     })?;
+    let read_memory = read_memory.done();
     let (description, stage, camera) = staged;
     let name = description.name.clone();
+    budget.start("laying out the scene", budget::preparing(&description))?;
     let (scene, prepare) = phase("preparing", show, || Scene::build(description, request.options))?;
     print_notes(&scene.notes, report);
-    let prims = scene.shapes.prim_count();
-    if options.accel.kind == AccelKind::Bvh {
-        check_memory("building its tree", prims, peak_bytes(prims, options.accel.quality))?;
-    }
-    let (accel, build) = phase("building", show, || Accel::build(&scene.shapes, &options.accel))?;
-    Ok(Loaded { name, stage, scene, accel, camera, seconds: LoadSeconds { read, prepare, build } })
-}
-
-/// Bytes a triangle that a generated mesh may take: three indices and, where nothing is shared, three corners.
-const MESH_BYTES: u64 = 48;
-/// Refuses work that this machine has no memory for, rather than to be killed in the middle of it.
-fn check_memory(what: &str, triangles: usize, needed: u64) -> Result<()> {
-    match memory::available() {
-        Some(available) if needed > available => Err(Error::Scene(format!(
-            "{what} takes about {} for {} triangles, and {} of memory are available",
-            units::bytes(needed),
-            units::count(triangles as u64),
-            units::bytes(available)
-        ))),
-        _ => Ok(()),
-    }
+    let wanted =
+        Wanted { name: &name, shapes: &scene.shapes, options: options.accel, storage: &request.storage, report };
+    let (accel, tree) = wanted.get()?;
+    let seconds = LoadSeconds { read, prepare };
+    Ok(Loaded { name, stage, scene, accel, camera, tree, seconds, read_memory, resident: memory::current_resident() })
 }
 
 /// A description on its stage.
@@ -93,7 +87,7 @@ pub struct Staged {
 }
 
 /// Runs one phase of which no progress is known, with its name on the terminal; gives its wall time too.
-fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result<(T, f64)> {
+pub fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result<(T, f64)> {
     let start = Instant::now();
     let progress = Progress::busy(label, show);
     let result = work()?;
@@ -102,14 +96,10 @@ fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result
 }
 
 /// A scene, and the camera that comes with it if that is not a node of its file.
-fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> {
+pub fn describe(source: &SceneSource) -> Result<(SceneDescription, Option<Camera>)> {
     match source {
         SceneSource::BuiltIn => default::description().map(|staged| (staged.description, Some(staged.camera))),
-        SceneSource::Generated(specification) => {
-            let triangles = procedural::Spec::parse(specification)?.triangles;
-            check_memory("making the mesh", triangles as usize, triangles * MESH_BYTES)?;
-            Ok((procedural::generate(specification)?, None))
-        }
+        SceneSource::Generated(specification) => Ok((procedural::generate(specification)?, None)),
         SceneSource::File(path) => Ok((import::load(path)?, None)),
     }
 }

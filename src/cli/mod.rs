@@ -2,16 +2,20 @@
 
 pub mod args;
 pub mod bench;
+pub mod budget;
 pub mod bvh;
+pub mod cache;
 pub mod camera;
 pub mod exit;
 pub mod info;
 pub mod interrupt;
 pub mod load;
+pub mod mesh;
 pub mod provenance;
 pub mod render;
 pub mod report;
 pub mod resolve;
+pub mod tree;
 pub mod values;
 
 use args::Cli;

@@ -1,6 +1,7 @@
 //! `comber render`.
 
 use super::args::RenderArgs;
+use super::budget::Budget;
 use super::exit::{Done, complain};
 use super::interrupt::Interrupt;
 use super::load::{self, Loaded, print_notes};
@@ -13,28 +14,30 @@ use crate::film::heatmap::{self, HeatMap, Scale};
 use crate::film::output::{self, Format};
 use crate::film::picture::Picture;
 use crate::measure::progress::Progress;
-use crate::measure::{memory, units};
+use crate::measure::units;
 use crate::plan::Plan;
 use anyhow::Context as _;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::Instant;
 
-/// Renders what `args` ask for, and leaves it where they say.
-pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
+/// Renders what `args` ask for, and leaves it where they say. `started`: when the process was.
+pub fn run(args: RenderArgs, started: Instant) -> anyhow::Result<Done> {
     let request = RenderRequest::new(args)?;
     let created = creation_time()?;
     print_notes(&request.notes, request.report);
     for path in request.outputs.paths() {
         output::check(path)?;
     }
-    let interrupt = Interrupt::watch(request.outputs.paths())?;
+    let kept = request.scene.storage.kept();
+    let interrupt = Interrupt::watch(request.outputs.paths().chain(kept.as_deref()))?;
     use_threads(request.options.threads)?;
 
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
     let plan = Plan::new(&loaded.scene, &loaded.accel, &request.options)?;
-    check_memory(&plan)?;
+    check_memory(&plan, request.scene.storage.memory_limit)?;
     interrupt.rendering();
-    let mut outcome = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
+    let (mut outcome, first_pixels) = render(&loaded, &plan, &interrupt, !request.report.quiet)?;
     outcome.picture.provenance =
         provenance(&loaded, &request.options, outcome.stats.samples, outcome.stopped, &created);
     let start = Instant::now();
@@ -50,6 +53,7 @@ pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
         outcome: &outcome,
         outputs: &request.outputs,
         notes: &request.notes,
+        first_pixels: first_pixels.map(|time| time.duration_since(started).as_secs_f64()),
         write_seconds,
     };
     if request.report.json {
@@ -60,19 +64,18 @@ pub fn run(args: RenderArgs) -> anyhow::Result<Done> {
     Ok(if outcome.stopped { Done::Interrupted } else { Done::Finished })
 }
 
-/// Refuses a render that this machine has no memory for, rather than to be killed in the middle of it.
-fn check_memory(plan: &Plan) -> Result<()> {
+/// Refuses a render that there is no memory for, rather than to be killed in the middle of it.
+fn check_memory(plan: &Plan, limit: Option<u64>) -> Result<()> {
     let needed = plan.memory.to_come();
-    match memory::available() {
-        Some(available) if needed > available => Err(Error::Options(format!(
-            "the render needs {} for {} of waves and {} of film, and {} of memory are available: \
+    match (Budget { limit }).refusal(needed) {
+        Some(why) => Err(Error::Options(format!(
+            "the render needs {} for {} of waves and {} of film, and {why}: \
              take fewer pixels (-r, -p), a smaller --wave or fewer --threads",
             units::bytes(needed),
             units::bytes(plan.memory.waves),
             units::bytes(plan.memory.film),
-            units::bytes(available)
         ))),
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
@@ -82,26 +85,29 @@ pub fn use_threads(threads: Option<u32>) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the worker threads")
 }
 
-/// Renders, with progress on the terminal.
-pub fn render(loaded: &Loaded, plan: &Plan, interrupt: &Interrupt, show: bool) -> Result<Outcome> {
+/// Renders, with progress on the terminal; tells when the first samples were in the film.
+pub fn render(loaded: &Loaded, plan: &Plan, interrupt: &Interrupt, show: bool) -> Result<(Outcome, Option<Instant>)> {
     let pixels = plan.options.cell.map_or(u64::from(plan.options.width) * u64::from(plan.options.height), |cell| {
         u64::from(cell.width) * u64::from(cell.height)
     });
     let progress = Progress::new("rendering", pixels * u64::from(plan.options.samples), show);
-    let watch = Watch { progress: &progress, interrupt };
+    let watch = Watch { progress: &progress, interrupt, first: OnceLock::new() };
     let outcome = drive::render(&loaded.scene, &loaded.accel, &loaded.camera, plan, &watch);
     progress.finish();
-    outcome
+    Ok((outcome?, watch.first.into_inner()))
 }
 
 /// Shows progress, and stops when a signal asks for it.
 struct Watch<'a> {
     progress: &'a Progress,
     interrupt: &'a Interrupt,
+    /// When the first wave had come to its end.
+    first: OnceLock<Instant>,
 }
 
 impl Observer for Watch<'_> {
     fn samples(&self, done: u64, total: u64) {
+        self.first.get_or_init(Instant::now);
         // The total shrinks while adaptive sampling retires pixels: so does the time left.
         self.progress.set_of(done, total);
     }

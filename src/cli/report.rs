@@ -27,6 +27,8 @@ pub struct RenderReport<'a> {
     pub outputs: &'a Outputs,
     /// Notes on the options.
     pub notes: &'a [Note],
+    /// Seconds from the start of the process to the first samples in the film.
+    pub first_pixels: Option<f64>,
     /// Wall time of writing the files.
     pub write_seconds: f64,
 }
@@ -56,9 +58,13 @@ impl RenderReport<'_> {
         );
         facts.add("speed", format!("{} in all, {} a thread, {} threads", rate(1), rate(stats.threads), stats.threads));
         facts.add("waves", format!("{} paths, {}", units::count(stats.wave as u64), stats.simd));
+        facts.add("tree", tree_line(loaded));
         facts.add("times", self.times_line());
-        if let Some(peak) = memory::peak_resident() {
-            facts.add("memory", format!("{} at most", units::bytes(peak)));
+        if let Some(first) = self.first_pixels {
+            facts.add("first pixels", format!("{} after the start", seconds(first)));
+        }
+        if let (Some(peak), Some(resident)) = (memory::peak_resident(), loaded.resident) {
+            facts.add("memory", format!("{} at most, {} once loaded", units::bytes(peak), units::bytes(resident)));
         }
         if let Some((x, y, sample)) = stats.first_non_finite {
             let count = units::count(stats.non_finite_samples);
@@ -74,15 +80,14 @@ impl RenderReport<'_> {
     }
 
     fn times_line(&self) -> String {
-        let load = self.loaded.seconds;
-        format!(
-            "{} reading, {} preparing, {} building, {} rendering, {} writing",
-            seconds(load.read),
-            seconds(load.prepare),
-            seconds(load.build),
-            seconds(self.outcome.stats.seconds),
-            seconds(self.write_seconds)
-        )
+        let (load, tree) = (self.loaded.seconds, self.loaded.tree.seconds);
+        let always = [(load.read, "reading"), (load.prepare, "preparing")];
+        // What a scene that is not kept in the cache does not do takes no time at all.
+        let sometimes =
+            [(tree.hash, "hashing"), (tree.load, "loading the tree"), (tree.build, "building"), (tree.save, "saving")];
+        let end = [(self.outcome.stats.seconds, "rendering"), (self.write_seconds, "writing")];
+        let phases = always.into_iter().chain(sometimes.into_iter().filter(|(time, _)| *time > 0.0)).chain(end);
+        phases.map(|(time, phase)| format!("{} {phase}", seconds(time))).collect::<Vec<_>>().join(", ")
     }
 
     /// Everything, as numbers.
@@ -99,10 +104,16 @@ impl RenderReport<'_> {
             "seconds": {
                 "read": load.read,
                 "prepare": load.prepare,
-                "build": load.build,
+                "hash": self.loaded.tree.seconds.hash,
+                "load_tree": self.loaded.tree.seconds.load,
+                "build": self.loaded.tree.seconds.build,
+                "save": self.loaded.tree.seconds.save,
+                "first_pixels": self.first_pixels,
                 "render": self.outcome.stats.seconds,
                 "write": self.write_seconds,
             },
+            "tree": self.loaded.tree,
+            "memory": memory_json(self.loaded),
             "peak_memory": memory::peak_resident(),
             "pictures": self.outputs.pictures.iter().map(|path| path_json(path)).collect::<Vec<_>>(),
             "rate": self.outputs.rate.as_deref().map(path_json),
@@ -172,6 +183,22 @@ pub fn scene_line(loaded: &Loaded) -> String {
     line
 }
 
+/// Where a tree came from.
+fn tree_line(loaded: &Loaded) -> String {
+    let (stats, tree) = (loaded.accel.stats(), &loaded.tree);
+    let size = format!("{}, {:.1} B a primitive", units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
+    match (&tree.file, tree.source) {
+        (Some(file), "cache") => format!("{size}, from the cache: {}", file.display()),
+        (Some(file), _) => format!("{size}, built, and kept as {}", file.display()),
+        (None, _) => format!("{size}, built"),
+    }
+}
+
+/// What memory was predicted and taken.
+pub fn memory_json(loaded: &Loaded) -> Value {
+    json!({ "read": loaded.read_memory, "build": loaded.tree.memory, "resident": loaded.resident })
+}
+
 /// Size of a picture.
 pub fn picture_line(options: &RenderOptions) -> String {
     let frame = format!("{} × {} pixels", options.width, options.height);
@@ -212,8 +239,12 @@ pub fn scene_json(loaded: &Loaded) -> Value {
 
 /// Notes on options and scene.
 pub fn notes_json(notes: &[Note], loaded: &Loaded) -> Value {
-    let all = notes.iter().chain(&loaded.scene.notes);
-    all.map(|note| json!({ "warning": note.warning, "text": note.text })).collect()
+    notes.iter().chain(&loaded.scene.notes).map(note_json).collect()
+}
+
+/// One note.
+pub fn note_json(note: &Note) -> Value {
+    json!({ "warning": note.warning, "text": note.text })
 }
 
 /// A path as text, as JSON has no other names; what is not UTF-8 is replaced.

@@ -1,8 +1,10 @@
 //! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
 
-use super::args::{AccelArgs, MAX_SAMPLES, SamplingArgs};
+use super::args::{AccelArgs, MAX_SAMPLES, SamplingArgs, StorageArgs};
 use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs, StagingArgs};
 use super::values;
+use crate::cache::Cache;
+use crate::cache::folder::DEFAULT_LIMIT;
 use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
@@ -21,6 +23,16 @@ const MAX_PIXELS: u64 = 1 << 28;
 
 /// Bytes of all layers of a picture, a pixel: four colours or vectors, depth, sample count.
 const LAYER_BYTES: u64 = 4 * 12 + 4 + 4;
+
+/// Unless a folder is named, only larger trees are kept: smaller ones take a fraction of a second to build.
+const CACHED_ABOVE: usize = 1_000_000;
+
+impl StorageRequest {
+    /// Stands for the files of the cache, beside which half-written ones may have to be removed.
+    pub fn kept(&self) -> Option<PathBuf> {
+        self.cache.as_ref().map(|cache| cache.folder.join("tree"))
+    }
+}
 
 /// Everything that `comber render` and `comber info` need to know.
 #[derive(Debug)]
@@ -80,6 +92,19 @@ pub struct SceneRequest {
     pub up: Option<UpAxis>,
     /// How it is built.
     pub options: SceneOptions,
+    /// How much memory it may take, and where its tree is kept.
+    pub storage: StorageRequest,
+}
+
+/// How much memory may be used, and where trees are kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StorageRequest {
+    /// The most bytes of memory; all that is available if `None`.
+    pub memory_limit: Option<u64>,
+    /// Where trees are kept, if at all.
+    pub cache: Option<Cache>,
+    /// Only trees of more primitives are kept.
+    pub cache_above: usize,
 }
 
 /// From where a scene is seen.
@@ -321,15 +346,32 @@ fn scene(args: SceneArgs) -> SceneRequest {
 
 /// The scene of that name; the built-in one without a name.
 pub fn scene_at(path: Option<PathBuf>, staging: &StagingArgs) -> SceneRequest {
-    let source = match path {
-        None => SceneSource::BuiltIn,
-        Some(path) => match path.to_str().filter(|text| text.starts_with("proc:")) {
-            Some(specification) => SceneSource::Generated(specification.to_owned()),
-            None => SceneSource::File(path),
-        },
-    };
+    let source = path.map_or(SceneSource::BuiltIn, scene_source);
     let options = SceneOptions { normals: staging.normals, substitute_materials: staging.substitute_materials };
-    SceneRequest { source, stage: staging.stage, up: staging.up, options }
+    SceneRequest { source, stage: staging.stage, up: staging.up, options, storage: storage(&staging.storage) }
+}
+
+/// Memory and cache, with the defaults.
+fn storage(args: &StorageArgs) -> StorageRequest {
+    let limit = args.cache_limit.unwrap_or(DEFAULT_LIMIT);
+    let folder = match args.cache.as_deref() {
+        Some(word) if word == Path::new("off") => None,
+        Some(folder) => Some(folder.to_path_buf()),
+        None => Cache::users_folder(),
+    };
+    StorageRequest {
+        memory_limit: args.memory_limit,
+        cache: folder.map(|folder| Cache { folder, limit }),
+        cache_above: if args.cache.is_some() { 0 } else { CACHED_ABOVE },
+    }
+}
+
+/// A file, or a mesh to generate.
+pub fn scene_source(path: PathBuf) -> SceneSource {
+    match path.to_str().filter(|text| text.starts_with("proc:")) {
+        Some(specification) => SceneSource::Generated(specification.to_owned()),
+        None => SceneSource::File(path),
+    }
 }
 
 /// From where, and the frame size that goes with it if a settings file has one.
@@ -435,6 +477,16 @@ mod tests {
         assert_eq!(source("--scene proc:cubes"), SceneSource::Generated("proc:cubes".into()));
         assert_eq!(source("--scene a.ply"), SceneSource::File("a.ply".into()));
         assert_eq!(source(""), SceneSource::BuiltIn);
+    }
+
+    #[test]
+    fn trees_are_kept_where_the_command_line_says() {
+        let storage = |line: &str| resolve(line).unwrap().scene.storage;
+        assert_eq!((storage("").memory_limit, storage("").cache_above), (None, 1_000_000));
+        assert_eq!(storage("--cache off").cache, None);
+        let named = storage("--cache trees --cache-limit 1G --memory-limit 2GiB");
+        assert_eq!(named.cache, Some(Cache { folder: "trees".into(), limit: 1 << 30 }));
+        assert_eq!((named.cache_above, named.memory_limit), (0, Some(2 << 30)));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use std::ffi::OsString;
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
 /// One of several words, each with its meaning for the long help.
 pub fn choice<T>(choices: &'static [(&'static str, &'static str, T)]) -> impl TypedValueParser<Value = T>
@@ -48,6 +49,67 @@ pub fn angle(text: &str) -> Result<f64, String> {
         Ok(degrees) if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
         _ => Err("must be a number of degrees above 0 and below 180".into()),
     }
+}
+
+/// A share of something: 0 is none of it.
+pub fn share(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("must be a number from 0 to 1".into()),
+    }
+}
+
+/// An amount of memory: `1.5GiB`, `500M`. Units are binary but for kB, MB, GB and TB.
+pub fn size(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 16] = [
+        ("", 1),
+        ("B", 1),
+        ("K", 1 << 10),
+        ("k", 1 << 10),
+        ("KiB", 1 << 10),
+        ("kB", 1000),
+        ("KB", 1000),
+        ("M", 1 << 20),
+        ("MiB", 1 << 20),
+        ("MB", 1_000_000),
+        ("G", 1 << 30),
+        ("GiB", 1 << 30),
+        ("GB", 1_000_000_000),
+        ("T", 1 << 40),
+        ("TiB", 1 << 40),
+        ("TB", 1_000_000_000_000),
+    ];
+    let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()));
+    let unit = UNITS.iter().find(|(name, _)| *name == unit).map(|(_, bytes)| *bytes as f64);
+    let plain = number.trim_end().bytes().all(|c| c.is_ascii_digit() || c == b'.');
+    match (number.trim_end().parse::<f64>(), unit) {
+        (Ok(number), Some(unit)) if plain && number * unit < 2f64.powi(63) => Ok((number * unit) as u64),
+        _ => Err("must be a size, as in 500M, 1.5GiB or 8GB".into()),
+    }
+}
+
+/// The first digits of a key of the cache.
+pub fn key_digits(text: &str) -> Result<String, String> {
+    let digits = text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'));
+    if digits && (4..=32).contains(&text.len()) {
+        return Ok(text.to_owned());
+    }
+    Err("must be 4 to 32 hexadecimal digits, as `comber cache ls` prints them".into())
+}
+
+/// A length of time: `90m`, `12h`, `30d`.
+pub fn age(text: &str) -> Result<Duration, String> {
+    let wrong = || "must be a whole number of minutes, hours, days or weeks, as in 90m, 12h, 30d or 4w".to_owned();
+    let unit = text.chars().next_back().ok_or_else(wrong)?;
+    let seconds = match unit {
+        'm' => 60,
+        'h' => 3600,
+        'd' => 86_400,
+        'w' => 7 * 86_400,
+        _ => return Err(wrong()),
+    };
+    let number = whole_in(text.trim_end_matches(unit), 0..=1_000_000).map_err(|_| wrong())?;
+    Ok(Duration::from_secs(u64::from(number) * seconds))
 }
 
 /// The tolerance of adaptive sampling.
@@ -170,6 +232,23 @@ mod tests {
             assert!(roulette(wrong).is_err(), "{wrong}");
         }
         assert!(roulette("throughput:-1").is_err());
+    }
+
+    #[test]
+    fn sizes_and_ages() {
+        for (text, bytes) in
+            [("0", 0), ("4096", 4096), ("1K", 1024), ("1.5GiB", 3 << 29), ("2 MiB", 2 << 20), ("8GB", 8_000_000_000)]
+        {
+            assert_eq!(size(text), Ok(bytes), "{text}");
+        }
+        for wrong in ["", "G", "-1", "1X", "1e9", "inf", "nan", "9999999999999G", "1.2.3", "1 G B"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(age("90m"), Ok(Duration::from_secs(5400)));
+        assert_eq!(age("2w"), Ok(Duration::from_secs(14 * 86_400)));
+        for wrong in ["", "d", "30", "-1d", "1.5h", "1y", "9999999d", "3€"] {
+            assert!(age(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

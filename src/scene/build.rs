@@ -9,6 +9,7 @@ use crate::light::shape::{EmissiveMesh, EmissiveSphere, LightShape, Parallelogra
 use crate::material::Material;
 use crate::options::Normals;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Albedo of the stand-in for a material that cannot be rendered.
 const STAND_IN: Vec3 = Vec3::splat(0.5);
@@ -48,14 +49,14 @@ impl Scene {
 
         for mesh in description.meshes {
             let place = format!("{name}{}: mesh '{}'", mesh.at, mesh.name);
-            if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
+            if let Some(i) = find(&mesh.positions, |p| !p.is_finite()) {
                 return Err(Error::Scene(format!(
                     "{place}: vertex {i} is {}; expected finite numbers",
                     mesh.positions[i]
                 )));
             }
             let count = mesh.positions.len() as u32;
-            if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v >= count)) {
+            if let Some(i) = find(&mesh.triangles, |t| t.iter().any(|&v| v >= count)) {
                 let t = mesh.triangles[i];
                 return Err(Error::Scene(format!("{place}: triangle {i} names vertices {t:?}, but there are {count}")));
             }
@@ -171,6 +172,13 @@ impl Shapes {
         append(&mut self.triangles, triangles);
         self.geometries.push(Geometry { name, first_prim, prim_count, material, light });
     }
+}
+
+/// The first item for which `wrong` holds.
+fn find<T: Sync>(items: &[T], wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    const PIECE: usize = 1 << 16;
+    let pieces = items.par_chunks(PIECE).enumerate();
+    pieces.find_map_first(|(number, piece)| piece.iter().position(&wrong).map(|place| number * PIECE + place))
 }
 
 /// Appends without copying when there is nothing to append to: a scene of one huge mesh is never held twice.

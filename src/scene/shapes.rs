@@ -3,10 +3,12 @@
 //! A *primitive* is a triangle or a sphere, known by one number: triangles are `0..triangles.len()`, spheres
 //! follow. A *geometry* is a run of primitives that share a material; its number is what hit records carry.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 /// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Sphere {
     /// Centre, world space.
     pub center: Vec3,

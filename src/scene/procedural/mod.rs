@@ -7,7 +7,7 @@
 mod ball;
 mod grid;
 mod loose;
-mod noise;
+pub(crate) mod noise;
 mod rings;
 mod round;
 mod spec;

@@ -1,0 +1,220 @@
+//! The tree as sections of a file, and back.
+//!
+//! A file may hold anything, with right checksums too. So what traversal relies on is checked anew: every node but the
+//! root has one parent, which stands before it (depth-first order), so that no ray goes in circles or takes a way twice;
+//! the tree is no deeper than the stack; all references are in range; unused slots and lanes cannot be hit.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
+use rayon::prelude::*;
+
+use super::Bvh4;
+use super::aabb::Aabb;
+use super::bvh4::Nodes;
+use super::grid_node4::{Grid, GridNode4};
+use super::intersect::Intersect;
+use super::node::Node;
+use super::node4::Node4;
+use super::ray::MISS;
+use super::sphere4::Sphere4;
+use super::stats::BvhStats;
+use super::traverse::stack::MAX_DEPTH;
+use super::traverse::{Tree, TreeKernel};
+use super::tri4::Tri4;
+use crate::options::AccelOptions;
+use crate::scene::shapes::Shapes;
+use crate::system::{Buffer, MappedFile};
+
+/// How many sections a tree has.
+pub const SECTIONS: usize = 4;
+
+/// Bytes of a row of each section: full nodes, compact nodes, triangle blocks, sphere blocks. One kind of nodes is empty.
+pub const ROWS: [usize; SECTIONS] =
+    [size_of::<Node4>(), size_of::<GridNode4>(), size_of::<Tri4>(), size_of::<Sphere4>()];
+
+/// What the sections do not say.
+#[derive(Clone, Copy, Debug)]
+pub struct Facts {
+    /// The box of all primitives.
+    pub bounds: Aabb,
+    /// The grid of compact nodes, all zeros for full ones.
+    pub grid: Grid,
+    /// See [`BvhStats::sah_cost`].
+    pub sah_cost: f64,
+    /// See [`BvhStats::build_seconds`].
+    pub build_seconds: f64,
+}
+
+impl Bvh4 {
+    /// The bytes of the sections, in the order of [`ROWS`].
+    pub(crate) fn sections(&self) -> [&[u8]; SECTIONS] {
+        let (full, compact): (&[Node4], &[GridNode4]) = match &self.nodes {
+            Nodes::Full(nodes) => (nodes, &[]),
+            Nodes::Grid(nodes, _) => (&[], nodes),
+        };
+        [
+            bytemuck::cast_slice(full),
+            bytemuck::cast_slice(compact),
+            bytemuck::cast_slice(&self.triangles),
+            bytemuck::cast_slice(&self.spheres),
+        ]
+    }
+
+    /// What goes with them.
+    pub(crate) fn facts(&self) -> Facts {
+        let grid = match self.nodes {
+            Nodes::Full(_) => Grid::zeroed(),
+            Nodes::Grid(_, grid) => grid,
+        };
+        Facts { bounds: self.bounds, grid, sah_cost: self.stats.sah_cost, build_seconds: self.stats.build_seconds }
+    }
+
+    /// The tree over `shapes` whose sections are these bytes of a file; or what is wrong with it.
+    pub(crate) fn from_sections(
+        file: &Arc<MappedFile>,
+        sections: [Range<usize>; SECTIONS],
+        facts: Facts,
+        shapes: &Shapes,
+        options: &AccelOptions,
+    ) -> Result<Bvh4, String> {
+        let [full, compact, triangles, spheres] = sections;
+        let outside = || "a section lies outside the file".to_owned();
+        let mut bvh = Bvh4 {
+            nodes: if compact.is_empty() {
+                Nodes::Full(Buffer::mapped(file, full.start, full.len() / ROWS[0]).ok_or_else(outside)?)
+            } else {
+                if !(full.is_empty() && facts.grid.is_sound()) {
+                    return Err("it has nodes of two kinds, or no grid for those it has".into());
+                }
+                let nodes = Buffer::mapped(file, compact.start, compact.len() / ROWS[1]).ok_or_else(outside)?;
+                Nodes::Grid(nodes, facts.grid)
+            },
+            triangles: Buffer::mapped(file, triangles.start, triangles.len() / ROWS[2]).ok_or_else(outside)?,
+            spheres: Buffer::mapped(file, spheres.start, spheres.len() / ROWS[3]).ok_or_else(outside)?,
+            bounds: facts.bounds,
+            intersection: options.intersection,
+            stats: BvhStats::default(),
+        };
+        let (depth, used) = rayon::join(|| bvh.with_tree(CheckNodes), || check_blocks(&bvh, shapes));
+        let (depth, used) = (depth?, used?);
+        let primitives = shapes.prim_count();
+        if used < primitives {
+            return Err(format!("its leaves hold {used} primitives of {primitives}"));
+        }
+        bvh.stats = BvhStats {
+            quality: Some(options.quality),
+            primitives,
+            nodes: bvh.nodes.len(),
+            leaf_blocks: bvh.triangles.len() + bvh.spheres.len(),
+            depth,
+            sah_cost: facts.sah_cost,
+            bytes: bvh.bytes(),
+            bytes_per_primitive: bvh.bytes() as f64 / primitives.max(1) as f64,
+            build_seconds: facts.build_seconds,
+            ..BvhStats::default()
+        };
+        Ok(bvh)
+    }
+}
+
+/// Checks that the nodes are one tree, and tells how deep it is.
+struct CheckNodes;
+
+impl TreeKernel for CheckNodes {
+    type Output = Result<u32, String>;
+
+    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Result<u32, String> {
+        // The level of each node that has a parent so far; the root's is 1.
+        let mut levels = vec![0u8; tree.nodes.len()];
+        if let Some(root) = levels.first_mut() {
+            *root = 1;
+        }
+        for (index, node) in tree.nodes.iter().enumerate() {
+            let level = levels[index];
+            if level == 0 {
+                return Err(format!("node {index} has no parent before it"));
+            }
+            if !node.empty_slots_are_harmless() {
+                return Err(format!("node {index} has a box for no child"));
+            }
+            for (child, _) in tree.children(index) {
+                if child.is_leaf() {
+                    let blocks = if child.is_spheres() { tree.spheres.len() } else { tree.triangles.len() };
+                    if child.blocks().end > blocks {
+                        return Err(format!("node {index} names leaf blocks {:?} of {blocks}", child.blocks()));
+                    }
+                    continue;
+                }
+                let below = child.node();
+                if below <= index || below >= levels.len() || levels[below] != 0 {
+                    return Err(format!("node {index} names node {below} as its child"));
+                }
+                if u32::from(level) == MAX_DEPTH {
+                    return Err(format!("it is deeper than {MAX_DEPTH} levels"));
+                }
+                levels[below] = level + 1;
+            }
+        }
+        Ok(levels.into_iter().max().unwrap_or(0).into())
+    }
+}
+
+/// Checks the leaf blocks, and tells how many lanes are used.
+fn check_blocks(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
+    Ok(check_triangles(bvh, shapes)? + check_spheres(bvh, shapes)?)
+}
+
+/// Checks the triangle blocks, and tells how many lanes are used.
+fn check_triangles(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
+    let prims = 0..shapes.triangles.len() as u32;
+    let lanes = |block: &Tri4| {
+        let unused = |lane: usize| block.corners.iter().flatten().all(|corner| corner[lane].is_nan());
+        check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
+    };
+    let lanes = bvh.triangles.par_iter().enumerate().map(|(index, block)| {
+        lanes(block).ok_or_else(|| format!("triangle block {index} names primitives that do not exist"))
+    });
+    lanes.try_reduce(|| 0, |a, b| Ok(a + b))
+}
+
+/// Checks the sphere blocks, and tells how many lanes are used.
+fn check_spheres(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
+    let prims = shapes.triangles.len() as u32..shapes.prim_count() as u32;
+    let lanes = |block: &Sphere4| {
+        let unused = |lane: usize| block.center(lane).to_array().iter().all(|coordinate| coordinate.is_nan());
+        check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
+    };
+    let lanes = bvh.spheres.par_iter().enumerate().map(|(index, block)| {
+        lanes(block).ok_or_else(|| format!("sphere block {index} names primitives that do not exist"))
+    });
+    lanes.try_reduce(|| 0, |a, b| Ok(a + b))
+}
+
+/// How many lanes of a block are used; `None` if one names a primitive outside of `prims` or of its geometry, or is
+/// unused and could be hit all the same.
+fn check_lanes(
+    shapes: &Shapes,
+    prims: &Range<u32>,
+    prim: &[u32; 4],
+    geom: &[u32; 4],
+    unused: impl Fn(usize) -> bool,
+) -> Option<usize> {
+    let mut used = 0;
+    for (lane, (&prim, &geom)) in prim.iter().zip(geom).enumerate() {
+        if prim == MISS {
+            if !unused(lane) {
+                return None;
+            }
+            continue;
+        }
+        let geometry = shapes.geometries.get(geom as usize)?;
+        let own = prim.checked_sub(geometry.first_prim).is_some_and(|offset| offset < geometry.prim_count);
+        if !own || !prims.contains(&prim) {
+            return None;
+        }
+        used += 1;
+    }
+    Some(used)
+}

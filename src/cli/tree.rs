@@ -1,0 +1,119 @@
+//! The acceleration structure of a scene: from the cache, or built and kept there.
+
+use super::args::ReportArgs;
+use super::budget::{self, Budget, Phase};
+use super::exit::complain;
+use super::load::phase;
+use super::resolve::StorageRequest;
+use crate::bvh::{Accel, peak_bytes};
+use crate::cache::folder::Found;
+use crate::cache::{Cache, Key};
+use crate::error::Result;
+use crate::measure::progress::Progress;
+use crate::measure::units;
+use crate::options::{self, AccelOptions};
+use crate::scene::shapes::Shapes;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Predictions from here on are worth a line.
+const LARGE: u64 = 512 << 20;
+
+/// Where a tree came from.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
+    /// `built` or `cache`.
+    pub source: &'static str,
+    /// The file that it was taken from or left in.
+    pub file: Option<PathBuf>,
+    /// Wall times.
+    pub seconds: TreeSeconds,
+    /// Memory of building it.
+    pub memory: Option<Phase>,
+}
+
+/// Wall times, in seconds, of what it took to get a tree.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct TreeSeconds {
+    /// Hashing the scene, to know the tree's name in the cache.
+    pub hash: f64,
+    /// Looking for it in the cache: mapping it, and checking it.
+    pub load: f64,
+    /// Building it.
+    pub build: f64,
+    /// Writing it to the cache.
+    pub save: f64,
+}
+
+/// What is wanted.
+pub struct Wanted<'a> {
+    /// Name of the scene.
+    pub name: &'a str,
+    /// What rays can hit.
+    pub shapes: &'a Shapes,
+    /// How to build it.
+    pub options: AccelOptions,
+    /// Where to keep it.
+    pub storage: &'a StorageRequest,
+    /// What to say.
+    pub report: ReportArgs,
+}
+
+impl Wanted<'_> {
+    /// Gets the tree. What goes wrong with the cache is a warning: the tree is then built, or not kept.
+    pub fn get(&self) -> Result<(Accel, Origin)> {
+        let mut seconds = TreeSeconds::default();
+        let Some(cache) = self.cache() else {
+            let (accel, memory) = self.build(&mut seconds)?;
+            return Ok((accel, Origin { source: "built", file: None, seconds, memory: Some(memory) }));
+        };
+        let show = !self.report.quiet;
+        let (key, hash) = phase("hashing", show, || Ok(Key::new(self.shapes, &self.options)))?;
+        let (found, load) = phase("loading the tree", show, || Ok(cache.load(key, self.shapes, &self.options)))?;
+        (seconds.hash, seconds.load) = (hash, load);
+        match found {
+            Found::Tree(tree) => {
+                let origin = Origin { source: "cache", file: Some(cache.path(key)), seconds, memory: None };
+                return Ok((Accel::Bvh(*tree), origin));
+            }
+            Found::Nothing => {}
+            Found::Damaged(why) => {
+                complain(&format!("warning: {}: {why}; the tree is built anew", cache.path(key).display()));
+            }
+        }
+        let (accel, memory) = self.build(&mut seconds)?;
+        let file = self.keep(cache, key, &accel, &mut seconds);
+        Ok((accel, Origin { source: "built", file, seconds, memory: Some(memory) }))
+    }
+
+    /// The cache, if it is meant for such a tree.
+    fn cache(&self) -> Option<&Cache> {
+        let kept = self.options.kind == options::Accel::Bvh && self.shapes.prim_count() > self.storage.cache_above;
+        self.storage.cache.as_ref().filter(|_| kept)
+    }
+
+    fn build(&self, seconds: &mut TreeSeconds) -> Result<(Accel, Phase)> {
+        let budget = Budget { limit: self.storage.memory_limit };
+        let primitives = self.shapes.prim_count();
+        let (options, memory) = budget::tree_that_fits(self.options, primitives, &budget)?;
+        let needed = peak_bytes(primitives, options.quality);
+        if needed >= LARGE && !self.report.quiet {
+            let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
+            complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));
+        }
+        let (accel, build) = phase("building", !self.report.quiet, || Accel::build(self.shapes, &options))?;
+        seconds.build = build;
+        Ok((accel, memory.done()))
+    }
+
+    fn keep(&self, cache: &Cache, key: Key, accel: &Accel, seconds: &mut TreeSeconds) -> Option<PathBuf> {
+        let Accel::Bvh(tree) = accel else { return None };
+        let start = Instant::now();
+        let progress = Progress::new("saving", 1, !self.report.quiet);
+        let kept = cache.store(key, tree, self.name, &self.options, &|done, all| progress.set_of(done, all));
+        progress.finish();
+        seconds.save = start.elapsed().as_secs_f64();
+        kept.inspect_err(|error| complain(&format!("warning: the tree is not kept: {error}"))).ok()
+    }
+}

@@ -1,0 +1,596 @@
+//! Trees kept on disk: whatever lies in the folder, a render goes on, and shows the same picture.
+
+use comber::bvh::{Accel, Bvh4};
+use comber::cache::digest::digest;
+use comber::cache::folder::Found;
+use comber::cache::{Cache, Key};
+use comber::options::AccelOptions;
+use comber::scene::Scene;
+use comber::scene::description::SphereDescription;
+use comber::scene::procedural;
+use comber::scene::shapes::Shapes;
+use glam::Vec3;
+use serde_json::Value;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, SystemTime};
+
+mod common;
+use common::rays::Random;
+
+/// A mesh and some spheres.
+fn shapes(triangles: u32) -> Shapes {
+    let mut scene = procedural::generate(&format!("proc:blob,tris={triangles}")).unwrap();
+    scene.spheres = (0..7)
+        .map(|i| SphereDescription {
+            name: String::new(),
+            at: Default::default(),
+            center: Vec3::new(i as f32, 2.0, (i * i) as f32 * 0.1),
+            radius: 0.3,
+            material: 0,
+        })
+        .collect();
+    Scene::build(scene, Default::default()).unwrap().shapes
+}
+
+/// A folder with one tree in it.
+struct Kept {
+    _folder: tempfile::TempDir,
+    cache: Cache,
+    shapes: Shapes,
+    tree: Bvh4,
+    key: Key,
+    path: PathBuf,
+}
+
+fn kept(triangles: u32) -> Kept {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache { folder: folder.path().join("trees"), limit: 1 << 30 };
+    let shapes = shapes(triangles);
+    let (tree, key) = (Bvh4::build(&shapes).unwrap(), Key::new(&shapes, &AccelOptions::default()));
+    let path = store(&cache, key, &tree);
+    Kept { _folder: folder, cache, shapes, tree, key, path }
+}
+
+fn store(cache: &Cache, key: Key, tree: &Bvh4) -> PathBuf {
+    cache.store(key, tree, "a scene", &AccelOptions::default(), &|_, _| {}).unwrap()
+}
+
+impl Kept {
+    fn load(&self) -> Found {
+        self.cache.load(self.key, &self.shapes)
+    }
+
+    /// What is wrong with the file; it must not be used.
+    fn damage(&self) -> String {
+        match self.load() {
+            Found::Damaged(why) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn assert_sound(&self) {
+        match self.load() {
+            Found::Tree(tree) => assert_eq!(tree.fingerprint(), self.tree.fingerprint()),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        fs::read(&self.path).unwrap()
+    }
+
+    fn write(&self, bytes: &[u8]) {
+        fs::write(&self.path, bytes).unwrap();
+    }
+}
+
+/// Where the header keeps what.
+const VERSION_AT: usize = 12;
+const SECTIONS_AT: usize = 88;
+const SECTION: usize = 40;
+const HEADER: usize = 4096;
+
+fn word(bytes: &[u8], at: usize) -> usize {
+    u64::from_ne_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
+}
+
+/// Where a section begins, and how many bytes it has.
+fn section(bytes: &[u8], number: usize) -> (usize, usize) {
+    let at = SECTIONS_AT + number * SECTION;
+    (word(bytes, at), word(bytes, at + 8))
+}
+
+/// Makes all checksums right, as someone does who knows how.
+fn sign(bytes: &mut [u8]) {
+    for number in 0..3 {
+        let (start, length) = section(bytes, number);
+        let end = (start + length).next_multiple_of(HEADER);
+        let sum = digest(&[&bytes[start..start + length], &bytes[start + length..end]]);
+        let at = SECTIONS_AT + number * SECTION + 24;
+        bytes[at..at + 16].copy_from_slice(&sum.to_le_bytes());
+    }
+    let sum = digest(&[&bytes[..HEADER - 16]]);
+    bytes[HEADER - 16..HEADER].copy_from_slice(&sum.to_le_bytes());
+}
+
+/// One 32-bit number of a section.
+fn put(bytes: &mut [u8], number: usize, at: usize, value: u32) {
+    let (start, length) = section(bytes, number);
+    assert!(at + 4 <= length);
+    bytes[start + at..start + at + 4].copy_from_slice(&value.to_ne_bytes());
+}
+
+fn get(bytes: &[u8], number: usize, at: usize) -> u32 {
+    let start = section(bytes, number).0 + at;
+    u32::from_ne_bytes(bytes[start..start + 4].try_into().unwrap())
+}
+
+#[test]
+fn what_was_stored_is_found_and_nothing_else() {
+    let kept = kept(3000);
+    kept.assert_sound();
+    let Found::Tree(tree) = kept.load() else { unreachable!() };
+    assert_eq!(tree.stats(), kept.tree.stats());
+    assert_eq!(tree.bounds(), kept.tree.bounds());
+    assert!(matches!(kept.cache.load(Key(kept.key.0 ^ 1), &kept.shapes), Found::Nothing));
+    let none = Cache { folder: kept.cache.folder.join("none"), limit: 0 };
+    assert!(matches!(none.load(kept.key, &kept.shapes), Found::Nothing));
+    fs::rename(&kept.path, kept.cache.path(Key(7))).unwrap();
+    match kept.cache.load(Key(7), &kept.shapes) {
+        Found::Damaged(why) => assert!(why.contains(&kept.key.to_string()), "{why}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn files_of_any_other_length_are_refused() {
+    let kept = kept(60);
+    let whole = kept.bytes();
+    let lengths = (0..whole.len()).step_by(509).chain([1, 4095, 4096, 4097, whole.len() - 4096, whole.len() - 1]);
+    for length in lengths {
+        kept.write(&whole[..length]);
+        let why = kept.damage();
+        assert!(why.contains("bytes"), "{length}: {why}");
+    }
+    for more in [1, 4096] {
+        kept.write(&[whole.clone(), vec![0; more]].concat());
+        assert!(kept.damage().contains("expected"), "{more}");
+    }
+    kept.write(&whole);
+    kept.assert_sound();
+}
+
+#[test]
+fn every_byte_is_covered() {
+    let kept = kept(60);
+    let whole = kept.bytes();
+    let mut changed = whole.clone();
+    for at in 0..whole.len() {
+        // All of the header, and a sample of the rest that meets every byte of a node and a block, and the padding.
+        if at > 2 * HEADER && at % 7 != 0 {
+            continue;
+        }
+        changed[at] ^= 1 << (at % 8);
+        kept.write(&changed);
+        kept.damage();
+        changed[at] = whole[at];
+    }
+}
+
+#[test]
+fn other_versions_are_refused_and_replaced() {
+    let kept = kept(60);
+    let mut bytes = kept.bytes();
+    bytes[VERSION_AT] += 1;
+    sign(&mut bytes);
+    kept.write(&bytes);
+    assert!(kept.damage().contains("it has version"));
+    store(&kept.cache, kept.key, &kept.tree);
+    kept.assert_sound();
+}
+
+/// Offsets within a node: the six planes of four children, then the children.
+const CHILDREN_AT: usize = 96;
+/// Offsets within a triangle block: the corners, then primitives, then geometries.
+const PRIM_AT: usize = 144;
+const GEOM_AT: usize = 160;
+const EMPTY: u32 = u32::MAX;
+
+#[test]
+fn trees_that_traversal_could_not_trust_are_refused() {
+    let kept = kept(3000);
+    let whole = kept.bytes();
+    let nodes = section(&whole, 0).1 / 128;
+    let child = |node: usize, lane: usize| get(&whole, 0, 128 * node + CHILDREN_AT + 4 * lane);
+    let all = || (0..nodes).flat_map(|node| (0..4).map(move |lane| (node, lane)));
+    let of_kind = |wanted: &dyn Fn(u32) -> bool| all().find(|&(node, lane)| wanted(child(node, lane))).unwrap();
+    let inner = all().rfind(|&(node, lane)| node > 0 && child(node, lane) >> 31 == 0).unwrap();
+    let leaf = of_kind(&|bits| bits >> 30 == 2);
+    let spheres = of_kind(&|bits| bits >> 30 == 3 && bits != EMPTY);
+    let empty = of_kind(&|bits| bits == EMPTY);
+    let blocks = section(&whole, 1).1 / 192;
+    let unused = (0..blocks * 4).find(|&i| get(&whole, 1, i / 4 * 192 + PRIM_AT + i % 4 * 4) == u32::MAX).unwrap();
+    let (block, lane) = (unused / 4 * 192, unused % 4);
+    let at = |(node, lane): (usize, usize)| 128 * node + CHILDREN_AT + 4 * lane;
+    let edits: Vec<(&str, usize, usize, u32, &str)> = vec![
+        ("a node is its own child", 0, at(inner), inner.0 as u32, "as its child"),
+        ("a node has its parent below it", 0, at(inner), 0, "as its child"),
+        ("a child beyond the end", 0, at(inner), nodes as u32, "as its child"),
+        ("a child far beyond the end", 0, at(inner), 0x7fff_fffe, "as its child"),
+        ("a child of two parents", 0, at(leaf), child(inner.0, inner.1), "as its child"),
+        ("a child is lost", 0, at(inner), child(leaf.0, leaf.1), "no parent"),
+        ("a leaf beyond the end", 0, at(leaf), 1 << 31 | blocks as u32, "leaf blocks"),
+        ("a leaf across the end", 0, at(leaf), 1 << 31 | 1 << 27 | (blocks as u32 - 1), "leaf blocks"),
+        ("a leaf of spheres beyond the end", 0, at(spheres), 3 << 30 | 0xffff, "leaf blocks"),
+        ("no child, but a box", 0, 128 * empty.0 + 4 * empty.1, 0, "box for no child"),
+        ("no child any more, but a box", 0, at(leaf), EMPTY, "box for no child"),
+        ("a primitive that does not exist", 1, PRIM_AT, kept.shapes.triangles.len() as u32, "primitives"),
+        ("a sphere among the triangles", 1, PRIM_AT, kept.shapes.prim_count() as u32 - 1, "primitives"),
+        ("a geometry that does not exist", 1, GEOM_AT, 1000, "primitives"),
+        ("the geometry of another primitive", 1, GEOM_AT, 1, "primitives"),
+        ("an unused lane that can be hit", 1, block + 4 * lane, 0, "primitives"),
+        ("a primitive is lost", 1, PRIM_AT, u32::MAX, "primitives"),
+        ("a triangle among the spheres", 2, 64, 0, "primitives"),
+    ];
+    for (what, number, at, value, expected) in edits {
+        let mut bytes = whole.clone();
+        put(&mut bytes, number, at, value);
+        sign(&mut bytes);
+        kept.write(&bytes);
+        let why = kept.damage();
+        assert!(why.contains(expected), "{what}: {why}");
+    }
+    // A chain of nodes, each the only child of the one before.
+    let mut bytes = whole.clone();
+    for node in 0..nodes {
+        for word in 0..24 {
+            put(&mut bytes, 0, 128 * node + 4 * word, f32::INFINITY.to_bits());
+        }
+        for lane in 0..4 {
+            let child = if lane == 0 && node + 1 < nodes { node as u32 + 1 } else { EMPTY };
+            put(&mut bytes, 0, 128 * node + CHILDREN_AT + 4 * lane, child);
+        }
+    }
+    sign(&mut bytes);
+    kept.write(&bytes);
+    assert!(kept.damage().contains("deeper than"));
+    // And without any change, signing is right.
+    let mut bytes = whole.clone();
+    sign(&mut bytes);
+    assert!(bytes == whole);
+}
+
+#[test]
+fn no_signed_file_makes_traversal_fail() {
+    let kept = kept(500);
+    let whole = kept.bytes();
+    let mut random = Random(1);
+    let mut used = 0;
+    for _ in 0..400 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + random.below(3) {
+            let number = random.below(3);
+            let at = random.below(section(&bytes, number).1 / 4) * 4;
+            let values = [0, 1, EMPTY, 1 << 31, random.next(), f32::NAN.to_bits(), get(&bytes, number, at) ^ 1];
+            put(&mut bytes, number, at, values[random.below(values.len())]);
+        }
+        sign(&mut bytes);
+        kept.write(&bytes);
+        if let Found::Tree(tree) = kept.load() {
+            used += 1;
+            let accel = Accel::Bvh(*tree);
+            let mut single = accel.single();
+            for _ in 0..50 {
+                let (origin, direction) = (random.vector() * 3.0, random.vector());
+                let ray = comber::bvh::ray::Ray { origin, direction, t_max: f32::INFINITY };
+                let hit = single.closest_hit(&ray);
+                assert!(hit.prim == u32::MAX || (hit.prim as usize) < kept.shapes.prim_count());
+                single.any_hit(&ray);
+            }
+        }
+    }
+    assert!(used > 40, "{used}: most edits of planes and corners make sense");
+}
+
+#[test]
+fn what_is_no_file_is_refused() {
+    let kept = kept(60);
+    fs::remove_file(&kept.path).unwrap();
+    fs::create_dir(&kept.path).unwrap();
+    assert!(kept.damage().contains("not a regular file"));
+    assert!(kept.cache.store(kept.key, &kept.tree, "", &AccelOptions::default(), &|_, _| {}).is_err());
+    fs::remove_dir(&kept.path).unwrap();
+    #[cfg(unix)]
+    {
+        assert!(Command::new("mkfifo").arg(&kept.path).status().unwrap().success());
+        assert!(kept.damage().contains("not a regular file"));
+        store(&kept.cache, kept.key, &kept.tree);
+        kept.assert_sound();
+        let mut permissions = fs::metadata(&kept.path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&kept.path, permissions).unwrap();
+        store(&kept.cache, kept.key, &kept.tree);
+        kept.assert_sound();
+    }
+}
+
+#[test]
+fn threads_that_store_load_and_evict_do_not_meet() {
+    let kept = kept(2000);
+    let small = Cache { limit: kept.bytes().len() as u64 + 1, ..kept.cache.clone() };
+    std::thread::scope(|scope| {
+        for thread in 0..6u128 {
+            let (kept, small) = (&kept, &small);
+            scope.spawn(move || {
+                for round in 0..12 {
+                    match thread {
+                        0 | 1 => drop(store(&kept.cache, kept.key, &kept.tree)),
+                        // Another name, for which there is not room enough.
+                        2 => drop(store(small, Key(round), &kept.tree)),
+                        _ => match kept.load() {
+                            Found::Tree(tree) => assert_eq!(tree.fingerprint(), kept.tree.fingerprint()),
+                            Found::Nothing => {}
+                            Found::Damaged(why) => panic!("{why}"),
+                        },
+                    }
+                }
+            });
+        }
+    });
+}
+
+#[cfg(unix)]
+#[test]
+fn trees_outlive_their_files() {
+    let kept = kept(2000);
+    let Found::Tree(tree) = kept.load() else { panic!() };
+    assert_eq!(kept.cache.clear(|_| true).unwrap().len(), 1);
+    assert!(matches!(kept.load(), Found::Nothing));
+    assert_eq!(tree.fingerprint(), kept.tree.fingerprint());
+}
+
+fn set_age(path: &Path, age: Duration) {
+    let file = OpenOptions::new().append(true).open(path).unwrap();
+    file.set_modified(SystemTime::now() - age).unwrap();
+}
+
+#[test]
+fn what_was_used_longest_ago_goes_first() {
+    let kept = kept(500);
+    let bytes = kept.bytes().len() as u64;
+    let hours = |hours: u64| Duration::from_secs(3600 * hours);
+    for key in 1..=4 {
+        set_age(&store(&kept.cache, Key(key), &kept.tree), hours(key as u64));
+    }
+    set_age(&kept.path, hours(10));
+    // Loading is use.
+    kept.assert_sound();
+    let left_by_the_dead = kept.cache.folder.join(".comber-1-2.tmp");
+    let being_written = kept.cache.folder.join(".comber-1-3.tmp");
+    let foreign = kept.cache.folder.join("notes.bvh");
+    for path in [&left_by_the_dead, &being_written, &foreign] {
+        File::create(path).unwrap().write_all(b"half a tree").unwrap();
+    }
+    set_age(&left_by_the_dead, hours(2));
+    let limited = Cache { limit: 4 * bytes, ..kept.cache.clone() };
+    store(&limited, Key(5), &kept.tree);
+    let keys: Vec<Key> = limited.entries().unwrap().iter().map(|entry| entry.key).collect();
+    assert_eq!(keys, [Key(5), kept.key, Key(1), Key(2)]);
+    assert!(!left_by_the_dead.exists() && being_written.exists() && foreign.exists());
+    let tiny = Cache { limit: bytes - 1, ..kept.cache.clone() };
+    let refusal = tiny.store(Key(6), &kept.tree, "", &AccelOptions::default(), &|_, _| {}).unwrap_err();
+    assert!(refusal.to_string().contains("--cache-limit"), "{refusal}");
+    assert_eq!(limited.entries().unwrap().len(), 4, "a tree that does not fit evicts nothing");
+}
+
+/// `comber` in a folder, with a cache beside it that is the user's.
+fn comber(folder: &Path, line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
+    command.current_dir(folder).args(line.split_whitespace()).env("XDG_CACHE_HOME", folder.join("home"));
+    command.env("SOURCE_DATE_EPOCH", "1000000000").output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+const RENDER: &str = "render proc:blob,tris=2k -r 40 30 -s 2 --json --cache trees -o a.png -o a.exr";
+
+/// Renders; tells where the tree came from, its file, and what there was to warn of.
+fn render(folder: &Path, line: &str) -> (String, Option<PathBuf>, String) {
+    let output = comber(folder, line);
+    assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["seconds"]["first_pixels"].as_f64().unwrap() > 0.0);
+    let file = json["tree"]["file"].as_str().map(|file| folder.join(file));
+    let said = text(&output.stderr).lines().filter(|line| !line.starts_with("note: ")).collect();
+    (json["tree"]["source"].as_str().unwrap().to_owned(), file, said)
+}
+
+fn pictures(folder: &Path) -> [Vec<u8>; 2] {
+    ["a.png", "a.exr"].map(|name| fs::read(folder.join(name)).unwrap())
+}
+
+#[test]
+fn pictures_do_not_depend_on_where_the_tree_comes_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (source, file, said) = render(folder, RENDER);
+    assert_eq!((source.as_str(), said.as_str()), ("built", ""));
+    let built = pictures(folder);
+    let (source, same, said) = render(folder, RENDER);
+    assert_eq!((source.as_str(), said.as_str()), ("cache", ""));
+    assert_eq!(same, file);
+    assert!(pictures(folder) == built);
+    // Another mesh, another camera, another number of threads.
+    assert_eq!(render(folder, &RENDER.replace("2k", "2k,seed=2")).0, "built");
+    assert_eq!(render(folder, &format!("{RENDER} --vp 0 1 3 -t 1")).0, "cache");
+    assert_eq!(render(folder, &format!("{RENDER} --cache off")).1, None);
+    assert_eq!(render(folder, &format!("{RENDER} --accel brute")).1, None);
+
+    let file = file.unwrap();
+    let whole = fs::read(&file).unwrap();
+    let mut damaged = whole.clone();
+    damaged[5000] ^= 1;
+    fs::write(&file, damaged).unwrap();
+    let (source, _, said) = render(folder, RENDER);
+    assert_eq!(source, "built");
+    let name = file.file_name().unwrap().to_str().unwrap();
+    assert!(said.starts_with("warning: ") && said.contains(name) && said.contains("checksum"), "{said}");
+    assert!(pictures(folder) == built);
+    assert_eq!(render(folder, RENDER).0, "cache", "the damaged file was replaced");
+}
+
+#[test]
+fn only_large_meshes_are_kept_unless_a_folder_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = RENDER.replace("--cache trees", "");
+    assert_eq!(render(folder.path(), &line).1, None);
+    assert!(!folder.path().join("home").exists());
+    let file = render(folder.path(), &line.replace("2k", "1200k")).1.unwrap();
+    #[cfg(target_os = "linux")]
+    assert!(file.starts_with(folder.path().join("home/comber")), "{}", file.display());
+    assert!(file.exists());
+}
+
+#[test]
+fn two_processes_at_once_and_one_that_was_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let names = ["a", "b", "c", "d"];
+    let children: Vec<_> = names
+        .iter()
+        .map(|name| {
+            let line = RENDER.replace("a.png", &format!("{name}.png")).replace("-o a.exr", "").replace("2k", "60k");
+            let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
+            command.current_dir(folder).args(line.split_whitespace()).stdout(std::process::Stdio::null());
+            command.spawn().unwrap()
+        })
+        .collect();
+    for (place, mut child) in children.into_iter().enumerate() {
+        if place == 3 {
+            // Wherever it is: what it leaves is not taken for a tree.
+            std::thread::sleep(Duration::from_millis(20));
+            let _ = child.kill();
+            let _ = child.wait();
+        } else {
+            assert!(child.wait().unwrap().success());
+        }
+    }
+    let pictures = names[..3].iter().map(|name| fs::read(folder.join(format!("{name}.png"))).unwrap());
+    let pictures: Vec<_> = pictures.collect();
+    assert!(pictures.windows(2).all(|two| two[0] == two[1]));
+    assert_eq!(render(folder, &RENDER.replace("2k", "60k")).0, "cache");
+    let trees = Cache { folder: folder.join("trees"), limit: 1 << 30 }.entries().unwrap();
+    assert_eq!(trees.len(), 1);
+}
+
+#[test]
+fn a_folder_that_cannot_be_used_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("file"), "").unwrap();
+    let (source, file, said) = render(folder, &RENDER.replace("trees", "file/trees"));
+    assert_eq!((source.as_str(), file), ("built", None));
+    assert!(said.contains("warning: the tree is not kept: ") && said.contains("file/trees"), "{said}");
+    let (_, file, said) = render(folder, &format!("{RENDER} --cache-limit 1k"));
+    assert_eq!(file, None);
+    assert!(said.contains("--cache-limit"), "{said}");
+
+    let locked = folder.join("locked");
+    fs::create_dir(&locked).unwrap();
+    let mut permissions = fs::metadata(&locked).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&locked, permissions).unwrap();
+    if File::create(locked.join("probe")).is_ok() {
+        println!("skipped: this user may write to read-only folders");
+        return;
+    }
+    let (_, file, said) = render(folder, &RENDER.replace("trees", "locked"));
+    assert_eq!(file, None);
+    assert!(said.contains("warning: the tree is not kept: "), "{said}");
+}
+
+#[test]
+fn trees_are_listed_and_cleared() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let run = |line: &str| {
+        let output = comber(folder, line);
+        assert!(output.status.success(), "{line}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let refused = |line: &str, expected: &str| {
+        let output = comber(folder, line);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(text(&output.stderr).contains(expected), "{line}: {}", text(&output.stderr));
+    };
+    #[cfg(target_os = "linux")]
+    assert_eq!(run("cache path"), format!("{}\n", folder.join("home/comber").display()));
+    assert_eq!(run("cache ls --cache trees"), "trees: no trees\n");
+    let mut files: Vec<PathBuf> =
+        (1..=3).map(|seed| render(folder, &RENDER.replace("2k", &format!("2k,seed={seed}"))).1.unwrap()).collect();
+    set_age(&files[0], Duration::from_secs(50 * 3600));
+    set_age(&files[1], Duration::from_secs(3 * 3600));
+    let key = |file: &Path| file.file_stem().unwrap().to_str().unwrap().to_owned();
+    let list = run("cache ls --cache trees");
+    let place = |file: &Path| list.find(&key(file)[..12]).unwrap();
+    assert!(place(&files[2]) < place(&files[1]) && place(&files[1]) < place(&files[0]), "{list}");
+    for part in ["proc:blob,tris=2k,seed=3", "2 days ago", "3 h ago", "just now", "3 trees", "KiB in trees"] {
+        assert!(list.contains(part), "{part}: {list}");
+    }
+    fs::write(&files[1], "half").unwrap();
+    assert!(run("cache ls --cache trees").contains("damaged: it has 4 bytes"));
+    let json: Value = serde_json::from_str(&run("cache ls --cache trees --json")).unwrap();
+    let trees = json["trees"].as_array().unwrap();
+    assert_eq!(trees.len(), 3);
+    assert_eq!(trees.iter().filter(|tree| tree["damaged"].is_string()).count(), 1);
+    assert!(trees.iter().any(|tree| tree["options"].as_str().is_some_and(|o| o.contains("\"kind\":\"bvh\""))));
+
+    refused("cache clear --cache trees ffffffff", "no tree has the key");
+    refused("cache clear --cache trees ../..", "hexadecimal");
+    refused("cache clear --cache trees --older-than soon", "30d");
+    refused("cache clear --cache trees abcd --older-than 1d", "cannot be used with");
+    assert!(run("cache clear --cache trees --older-than 1d").starts_with("removed 1, "));
+    assert!(!files.remove(0).exists());
+    assert!(run(&format!("cache clear --cache trees {}", &key(&files[1])[..8])).starts_with("removed 1, "));
+    assert!(!files.remove(1).exists() && files[0].exists());
+    let json: Value = serde_json::from_str(&run("cache clear --cache trees --json")).unwrap();
+    assert_eq!(json["removed"][0], key(&files[0]));
+    assert_eq!(fs::read_dir(folder.join("trees")).unwrap().count(), 0);
+}
+
+#[test]
+fn memory_limits_are_kept_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "render proc:blob,tris=400k -r 8 6 -s 1 --cache off -o a.png";
+    for (limit, what) in [("1M", "reading the scene takes about"), ("40M", "building the tree over")] {
+        let output = comber(folder.path(), &format!("{line} --memory-limit {limit}"));
+        // Elsewhere the system does not say how much is in use.
+        if cfg!(target_os = "linux") {
+            assert_eq!(output.status.code(), Some(1), "{limit}: {}", text(&output.stderr));
+            assert!(text(&output.stderr).contains(what), "{limit}: {}", text(&output.stderr));
+            assert!(text(&output.stderr).contains("--memory-limit"), "{}", text(&output.stderr));
+        }
+    }
+    assert!(comber(folder.path(), &format!("{line} --memory-limit 1GiB")).status.success());
+    assert_eq!(comber(folder.path(), &format!("{line} --memory-limit much")).status.code(), Some(2));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn predictions_are_near_what_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = comber(folder.path(), "mesh proc:sphere,tris=40k --split 5 --noise 0.1 -o a.ply");
+    assert!(made.status.success());
+    let output = comber(folder.path(), "info a.ply --json --cache off");
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for phase in ["read", "build"] {
+        let bytes = |what: &str| json["memory"][phase][what].as_u64().unwrap() as f64;
+        let ratio = bytes("predicted") / bytes("peak");
+        assert!((0.8..2.0).contains(&ratio), "{phase}: {ratio}: {}", json["memory"]);
+    }
+}
