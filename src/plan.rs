@@ -4,7 +4,7 @@ use crate::bvh::{Accel, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
 use crate::measure::units;
-use crate::options::{Cell, Direct, Integrator, RenderOptions, Roulette};
+use crate::options::{Cell, Direct, Integrator, Intersection, RenderOptions, Roulette};
 use crate::scene::Scene;
 use crate::simd::Tier;
 use crate::stages::{self, Stage};
@@ -268,7 +268,11 @@ fn check(planned: &[PlannedStage], columns: &[String]) -> Result<()> {
 /// The kernel a stage runs, and why.
 fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, String) {
     let Subject { scene, accel, options, transport } = subject;
-    let in_flight = accel.suited(false) == Traversal::InFlight;
+    let [camera, behind] = [true, false].map(|coherent| match accel.suited(coherent) {
+        Traversal::Single => "one ray after another",
+        Traversal::InFlight => "many rays in flight",
+        Traversal::Packet => "packets of rays",
+    });
     let tree = units::bytes(accel.stats().bytes as u64);
     let shapes = match (features.has(Features::TRIANGLES), features.has(Features::SPHERES)) {
         (true, true) => "triangles and spheres",
@@ -284,13 +288,23 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
                 crate::options::Accel::Bvh => "4-wide BVH",
                 crate::options::Accel::Brute => "every primitive",
             };
-            let mut kernel = format!("{structure}, closest hit, watertight, {shapes}");
+            let test = match options.accel.intersection {
+                Intersection::Watertight => "watertight",
+                Intersection::Fast => "Möller–Trumbore",
+            };
+            let mut kernel = format!("{structure}, closest hit, {test}, {shapes}");
             let mut why = format!("the scene holds {shapes}");
+            if let Some(nodes) = accel.node_format() {
+                kernel += &format!("; {nodes}");
+            }
             if features.has(Features::COST) {
                 kernel += ", counting nodes";
-            } else if in_flight && features.has(Features::CONTINUE) {
-                kernel += "; behind the first surface, many rays in flight";
-                why += &format!("; the tree of {tree} does not fit the caches near the core");
+            } else if options.accel.kind == crate::options::Accel::Bvh {
+                kernel += &format!("; {camera} from the camera");
+                if features.has(Features::CONTINUE) {
+                    kernel += &format!(", {behind} behind the first surface");
+                }
+                why += &format!("; the tree takes {tree}");
             }
             (kernel, why)
         }
@@ -325,8 +339,7 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
         "shadow" if features.has(Features::HEMISPHERE) => {
             ("closest hit, then its emission".into(), Features::HEMISPHERE.why())
         }
-        "shadow" if in_flight => ("any hit, many rays in flight".into(), Features::SHADOW.why()),
-        "shadow" => ("any hit".into(), Features::SHADOW.why()),
+        "shadow" => (format!("any hit, {behind}"), Features::SHADOW.why()),
         "roulette" => match options.roulette {
             Roulette::Fixed(p) if features.has(Features::ROULETTE) => {
                 (format!("continue with probability {p}, then compact"), Features::ROULETTE.why())

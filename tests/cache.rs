@@ -4,7 +4,7 @@ use comber::bvh::{Accel, Bvh4};
 use comber::cache::digest::digest;
 use comber::cache::folder::Found;
 use comber::cache::{Cache, Key};
-use comber::options::AccelOptions;
+use comber::options::{AccelOptions, NodeFormat};
 use comber::scene::Scene;
 use comber::scene::description::SphereDescription;
 use comber::scene::procedural;
@@ -40,18 +40,25 @@ struct Kept {
     _folder: tempfile::TempDir,
     cache: Cache,
     shapes: Shapes,
+    options: AccelOptions,
     tree: Bvh4,
     key: Key,
     path: PathBuf,
 }
 
+/// A kept tree of full nodes.
 fn kept(triangles: u32) -> Kept {
+    kept_with(triangles, NodeFormat::Full)
+}
+
+fn kept_with(triangles: u32, nodes: NodeFormat) -> Kept {
+    let options = AccelOptions { nodes, ..Default::default() };
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache { folder: folder.path().join("trees"), limit: 1 << 30 };
     let shapes = shapes(triangles);
-    let (tree, key) = (Bvh4::build(&shapes).unwrap(), Key::new(&shapes, &AccelOptions::default()));
+    let (tree, key) = (Bvh4::build(&shapes, &options).unwrap(), Key::new(&shapes, &options));
     let path = store(&cache, key, &tree);
-    Kept { _folder: folder, cache, shapes, tree, key, path }
+    Kept { _folder: folder, cache, shapes, options, tree, key, path }
 }
 
 fn store(cache: &Cache, key: Key, tree: &Bvh4) -> PathBuf {
@@ -60,7 +67,7 @@ fn store(cache: &Cache, key: Key, tree: &Bvh4) -> PathBuf {
 
 impl Kept {
     fn load(&self) -> Found {
-        self.cache.load(self.key, &self.shapes)
+        self.cache.load(self.key, &self.shapes, &self.options)
     }
 
     /// What is wrong with the file; it must not be used.
@@ -89,7 +96,8 @@ impl Kept {
 
 /// Where the header keeps what.
 const VERSION_AT: usize = 12;
-const SECTIONS_AT: usize = 88;
+const GRID_AT: usize = 88;
+const SECTIONS_AT: usize = 128;
 const SECTION: usize = 40;
 const HEADER: usize = 4096;
 
@@ -105,7 +113,7 @@ fn section(bytes: &[u8], number: usize) -> (usize, usize) {
 
 /// Makes all checksums right, as someone does who knows how.
 fn sign(bytes: &mut [u8]) {
-    for number in 0..3 {
+    for number in 0..4 {
         let (start, length) = section(bytes, number);
         let end = (start + length).next_multiple_of(HEADER);
         let sum = digest(&[&bytes[start..start + length], &bytes[start + length..end]]);
@@ -135,11 +143,11 @@ fn what_was_stored_is_found_and_nothing_else() {
     let Found::Tree(tree) = kept.load() else { unreachable!() };
     assert_eq!(tree.stats(), kept.tree.stats());
     assert_eq!(tree.bounds(), kept.tree.bounds());
-    assert!(matches!(kept.cache.load(Key(kept.key.0 ^ 1), &kept.shapes), Found::Nothing));
+    assert!(matches!(kept.cache.load(Key(kept.key.0 ^ 1), &kept.shapes, &kept.options), Found::Nothing));
     let none = Cache { folder: kept.cache.folder.join("none"), limit: 0 };
-    assert!(matches!(none.load(kept.key, &kept.shapes), Found::Nothing));
+    assert!(matches!(none.load(kept.key, &kept.shapes, &kept.options), Found::Nothing));
     fs::rename(&kept.path, kept.cache.path(Key(7))).unwrap();
-    match kept.cache.load(Key(7), &kept.shapes) {
+    match kept.cache.load(Key(7), &kept.shapes, &kept.options) {
         Found::Damaged(why) => assert!(why.contains(&kept.key.to_string()), "{why}"),
         other => panic!("{other:?}"),
     }
@@ -192,6 +200,9 @@ fn other_versions_are_refused_and_replaced() {
     kept.assert_sound();
 }
 
+/// Which sections hold the leaf blocks.
+const TRIANGLES: usize = 2;
+const SPHERES: usize = 3;
 /// Offsets within a node: the six planes of four children, then the children.
 const CHILDREN_AT: usize = 96;
 /// Offsets within a triangle block: the corners, then primitives, then geometries.
@@ -211,8 +222,9 @@ fn trees_that_traversal_could_not_trust_are_refused() {
     let leaf = of_kind(&|bits| bits >> 30 == 2);
     let spheres = of_kind(&|bits| bits >> 30 == 3 && bits != EMPTY);
     let empty = of_kind(&|bits| bits == EMPTY);
-    let blocks = section(&whole, 1).1 / 192;
-    let unused = (0..blocks * 4).find(|&i| get(&whole, 1, i / 4 * 192 + PRIM_AT + i % 4 * 4) == u32::MAX).unwrap();
+    let blocks = section(&whole, TRIANGLES).1 / 192;
+    let unused =
+        (0..blocks * 4).find(|&i| get(&whole, TRIANGLES, i / 4 * 192 + PRIM_AT + i % 4 * 4) == u32::MAX).unwrap();
     let (block, lane) = (unused / 4 * 192, unused % 4);
     let at = |(node, lane): (usize, usize)| 128 * node + CHILDREN_AT + 4 * lane;
     let edits: Vec<(&str, usize, usize, u32, &str)> = vec![
@@ -227,13 +239,13 @@ fn trees_that_traversal_could_not_trust_are_refused() {
         ("a leaf of spheres beyond the end", 0, at(spheres), 3 << 30 | 0xffff, "leaf blocks"),
         ("no child, but a box", 0, 128 * empty.0 + 4 * empty.1, 0, "box for no child"),
         ("no child any more, but a box", 0, at(leaf), EMPTY, "box for no child"),
-        ("a primitive that does not exist", 1, PRIM_AT, kept.shapes.triangles.len() as u32, "primitives"),
-        ("a sphere among the triangles", 1, PRIM_AT, kept.shapes.prim_count() as u32 - 1, "primitives"),
-        ("a geometry that does not exist", 1, GEOM_AT, 1000, "primitives"),
-        ("the geometry of another primitive", 1, GEOM_AT, 1, "primitives"),
-        ("an unused lane that can be hit", 1, block + 4 * lane, 0, "primitives"),
-        ("a primitive is lost", 1, PRIM_AT, u32::MAX, "primitives"),
-        ("a triangle among the spheres", 2, 64, 0, "primitives"),
+        ("a primitive that does not exist", TRIANGLES, PRIM_AT, kept.shapes.triangles.len() as u32, "primitives"),
+        ("a sphere among the triangles", TRIANGLES, PRIM_AT, kept.shapes.prim_count() as u32 - 1, "primitives"),
+        ("a geometry that does not exist", TRIANGLES, GEOM_AT, 1000, "primitives"),
+        ("the geometry of another primitive", TRIANGLES, GEOM_AT, 1, "primitives"),
+        ("an unused lane that can be hit", TRIANGLES, block + 4 * lane, 0, "primitives"),
+        ("a primitive is lost", TRIANGLES, PRIM_AT, u32::MAX, "primitives"),
+        ("a triangle among the spheres", SPHERES, 64, 0, "primitives"),
     ];
     for (what, number, at, value, expected) in edits {
         let mut bytes = whole.clone();
@@ -285,7 +297,7 @@ fn no_signed_file_makes_traversal_fail() {
             let mut single = accel.single();
             for _ in 0..50 {
                 let (origin, direction) = (random.vector() * 3.0, random.vector());
-                let ray = comber::bvh::ray::Ray { origin, direction, t_max: f32::INFINITY };
+                let ray = comber::bvh::ray::Ray::new(origin, direction);
                 let hit = single.closest_hit(&ray);
                 assert!(hit.prim == u32::MAX || (hit.prim as usize) < kept.shapes.prim_count());
                 single.any_hit(&ray);
@@ -592,5 +604,37 @@ fn predictions_are_near_what_is_taken() {
         let bytes = |what: &str| json["memory"][phase][what].as_u64().unwrap() as f64;
         let ratio = bytes("predicted") / bytes("peak");
         assert!((0.8..2.0).contains(&ratio), "{phase}: {ratio}: {}", json["memory"]);
+    }
+}
+
+#[test]
+fn compact_nodes_that_traversal_could_not_trust_are_refused() {
+    let kept = kept_with(3000, NodeFormat::Compact);
+    kept.assert_sound();
+    let whole = kept.bytes();
+    let nodes = section(&whole, 1).1 / 64;
+    let child = |node: usize, lane: usize| 64 * node + 48 + 4 * lane;
+    let low = |node: usize, lane: usize| get(&whole, 1, 64 * node + lane / 2 * 4) >> (16 * (lane % 2)) & 0xffff;
+    let all = || (0..nodes).flat_map(|node| (0..4).map(move |lane| (node, lane)));
+    let empty = all().find(|&(node, lane)| low(node, lane) == 0xffff).unwrap();
+    let inner = all().find(|&(node, lane)| get(&whole, 1, child(node, lane)) >> 31 == 0).unwrap();
+    for (what, at, value, expected) in [
+        ("an empty slot that leads to the root", child(empty.0, empty.1), 0, "box for no child"),
+        ("a node is its own child", child(inner.0, inner.1), inner.0 as u32, "as its child"),
+        ("a child beyond the end", child(inner.0, inner.1), nodes as u32, "as its child"),
+    ] {
+        let mut bytes = whole.clone();
+        put(&mut bytes, 1, at, value);
+        sign(&mut bytes);
+        kept.write(&bytes);
+        let why = kept.damage();
+        assert!(why.contains(expected), "{what}: {why}");
+    }
+    for value in [0f32, f32::NAN, f32::INFINITY, -1.0] {
+        let mut bytes = whole.clone();
+        bytes[GRID_AT + 12..GRID_AT + 16].copy_from_slice(&value.to_ne_bytes());
+        sign(&mut bytes);
+        kept.write(&bytes);
+        assert!(kept.damage().contains("no grid"), "{value}");
     }
 }

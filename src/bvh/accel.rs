@@ -39,6 +39,14 @@ impl Accel {
         }
     }
 
+    /// How the nodes are stored, and why; `None` for the oracle.
+    pub fn node_format(&self) -> Option<&'static str> {
+        match self {
+            Accel::Bvh(bvh) => Some(bvh.node_format()),
+            Accel::Brute(..) => None,
+        }
+    }
+
     /// The triangle test.
     pub fn intersection(&self) -> Intersection {
         match self {

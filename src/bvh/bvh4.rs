@@ -59,6 +59,17 @@ impl Bvh4 {
         self.stats
     }
 
+    /// How the nodes are stored, and why.
+    pub fn node_format(&self) -> &'static str {
+        match (&self.nodes, self.intersection) {
+            (Nodes::Grid(..), _) => "nodes of 64 bytes, on a 16-bit grid: it makes their boxes hardly larger",
+            (Nodes::Full(_), Intersection::Watertight) => {
+                "nodes of 128 bytes: a 16-bit grid is too coarse, or not wanted"
+            }
+            (Nodes::Full(_), Intersection::Fast) => "nodes of 128 bytes, as the fast test needs",
+        }
+    }
+
     /// Memory of nodes and blocks.
     pub fn bytes(&self) -> usize {
         self.nodes.bytes() + size_of_val(&self.triangles[..]) + size_of_val(&self.spheres[..])

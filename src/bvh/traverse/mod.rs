@@ -93,15 +93,29 @@ impl Traversal {
     }
 }
 
-/// Bytes of a tree from which incoherent rays go in flight: below, everything is in the caches near the core, and there
-/// is little to wait for.
-const IN_FLIGHT_BYTES: usize = 1 << 20;
+/// Bytes of a tree from which coherent rays go in flight, too: triangles are then so small that neighbours seldom meet the same.
+///
+/// Camera rays that hit, packets ÷ in flight (AVX-512, AVX2): a Cornell box of 281 KiB 1.52, 0.90; the dragon in it, of 50 MiB,
+/// 0.78, 0.78; the built-in scene, of 66 MiB, 0.83 (`comber bench --only kernels --sets PH`).
+const PACKET_BYTES: usize = 1 << 20;
+
+/// Nodes from which incoherent rays go in flight: there is then a choice of ways, which a ray alone mispredicts.
+///
+/// The renderer's queues, in flight ÷ single (AVX-512; closest hit, any hit): a Cornell box of 3 nodes 1.06, 0.97; of 1000 nodes
+/// 1.73, 2.01; with the dragon in it 2.35, 2.22.
+const IN_FLIGHT_NODES: usize = 9;
 
 impl Bvh4 {
     /// The way that suits rays of which neighbours go the same way (`coherent`), or do not.
     pub fn suited(&self, coherent: bool) -> Traversal {
-        let large = self.stats().bytes >= IN_FLIGHT_BYTES;
-        if large && !coherent { Traversal::InFlight } else { Traversal::Single }
+        let stats = self.stats();
+        if coherent && stats.bytes < PACKET_BYTES {
+            Traversal::Packet
+        } else if stats.nodes < IN_FLIGHT_NODES {
+            Traversal::Single
+        } else {
+            Traversal::InFlight
+        }
     }
 
     /// Runs `kernel` on the tree as it is.

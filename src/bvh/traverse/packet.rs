@@ -4,6 +4,10 @@
 //! its origins and directions tell, for the four children of a node at once, which of them no ray can meet (interval
 //! arithmetic, after Boulos, Wald and Shirley, "Geometric and Arithmetic Culling Methods for Entire Ray Packets", 2006);
 //! only the others are tested ray by ray. Triangles are tested one after another, each against all rays.
+//!
+//! Tried: intervals also against the boxes of a block's triangles, before these are tested. Of 4.2 tests a ray 2.9 were left (camera
+//! rays that hit lucy100k, packets of eight), and finding the boxes took what that saved: 1540 instructions a ray, 1417
+//! without.
 
 use glam::{Vec3, Vec4};
 
