@@ -9,9 +9,9 @@ pub fn peak_bytes(prims: usize, quality: Quality) -> u64 {
     /// Stacks, bins and queues of all threads.
     const BASE: u64 = 4 << 20;
     let each = match quality {
-        Quality::Fast => 140,
-        Quality::Default => 130,
-        Quality::Best => 170,
+        Quality::Fast => 170,
+        Quality::Default => 150,
+        Quality::Best => 180,
     };
     BASE + prims as u64 * each
 }

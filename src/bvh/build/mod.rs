@@ -110,10 +110,15 @@ impl Build<'_> {
         let binary = self.binary();
         let plan = Collapse::plan(&binary, self.shapes.triangles.len() as u32, self.scale);
         self.phases.collapse = self.clock.lap();
-        let skeleton = Skeleton::new(&binary.nodes, &plan);
+        let mut skeleton = Skeleton::new(&binary.nodes, &plan);
         let order = binary.order;
         drop((binary.nodes, plan));
+        // Before the leaves, which then take the memory that full nodes give back.
+        let full = std::mem::take(&mut skeleton.nodes);
+        let (nodes, sah_cost) = format::store(&full, &self.options, self.scale)?;
+        drop(full);
         let mut bvh = Bvh4 {
+            nodes,
             triangles: emit::triangle_blocks(&skeleton.triangles, &order, self.shapes),
             spheres: emit::sphere_blocks(&skeleton.spheres, &order, self.shapes),
             bounds: self.bounds,
@@ -121,7 +126,7 @@ impl Build<'_> {
             ..Bvh4::default()
         };
         bvh.stats.depth = skeleton.depth;
-        (bvh.nodes, bvh.stats.sah_cost) = format::store(&skeleton.nodes, &self.options, self.scale)?;
+        bvh.stats.sah_cost = sah_cost;
         self.phases.emit = self.clock.lap();
         bvh.stats.phase_seconds = self.phases;
         Ok(bvh)

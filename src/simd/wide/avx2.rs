@@ -57,6 +57,24 @@ impl Wide for Avx2 {
     }
 
     #[inline(always)]
+    fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
+        unsafe { _mm256_movemask_ps(_mm256_loadu_ps(numbers.as_ptr().cast())) as u32 }
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; MOST_LANES], keep: u32, to: &mut [u32]) {
+        assert!(to.len() >= 8);
+        unsafe {
+            // A byte a lane kept, of the lanes' numbers those.
+            let bytes = _pdep_u64(u64::from(keep), 0x0101_0101_0101_0101) * 0xff;
+            let kept = _pext_u64(0x0706_0504_0302_0100, bytes);
+            let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(kept as i64));
+            let packed = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(numbers.as_ptr().cast()), order);
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), packed);
+        }
+    }
+
+    #[inline(always)]
     fn splat(self, number: f32) -> __m256 {
         unsafe { _mm256_set1_ps(number) }
     }

@@ -61,6 +61,20 @@ impl Wide for Avx512 {
     }
 
     #[inline(always)]
+    fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
+        unsafe { u32::from(_mm512_movepi32_mask(_mm512_loadu_si512(numbers.as_ptr().cast()))) }
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; MOST_LANES], keep: u32, to: &mut [u32]) {
+        assert!(to.len() >= MOST_LANES);
+        unsafe {
+            let packed = _mm512_maskz_compress_epi32(keep as u16, _mm512_loadu_si512(numbers.as_ptr().cast()));
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), packed);
+        }
+    }
+
+    #[inline(always)]
     fn splat(self, number: f32) -> __m512 {
         unsafe { _mm512_set1_ps(number) }
     }

@@ -38,6 +38,20 @@ impl Wide for Quad {
     }
 
     #[inline(always)]
+    fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
+        numbers[..4].iter().enumerate().fold(0, |bits, (lane, number)| bits | number >> 31 << lane)
+    }
+
+    #[inline(always)]
+    fn pack(self, numbers: &[u32; MOST_LANES], keep: u32, to: &mut [u32]) {
+        let mut end = 0;
+        for (lane, &number) in numbers[..4].iter().enumerate() {
+            to[end] = number;
+            end += (keep >> lane & 1) as usize;
+        }
+    }
+
+    #[inline(always)]
     fn splat(self, number: f32) -> Vec4 {
         Vec4::splat(number)
     }

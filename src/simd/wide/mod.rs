@@ -38,6 +38,11 @@ pub trait Wide: Copy {
     fn load(self, from: &[f32; MOST_LANES]) -> Self::Lanes;
     /// Gives each quad back, with its number.
     fn scatter(self, lanes: Self::Lanes, to: impl FnMut(usize, Words));
+    /// Which numbers have their highest bit set: one bit a lane.
+    fn negative(self, numbers: &[u32; MOST_LANES]) -> u32;
+    /// Writes the numbers of the lanes in `keep`, close together. What follows them in the first [`MOST_LANES`] of `to` may
+    /// change, too.
+    fn pack(self, numbers: &[u32; MOST_LANES], keep: u32, to: &mut [u32]);
     /// The same number in every lane.
     fn splat(self, number: f32) -> Self::Lanes;
     /// In each quad, its lane `LANE` everywhere.

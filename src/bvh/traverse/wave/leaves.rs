@@ -1,7 +1,7 @@
 //! Blocks of leaves.
 
 use super::IN_FLIGHT;
-use super::queue::{Steps, vectors};
+use super::queue::Steps;
 use super::slot::Slot;
 use crate::bvh::intersect::Intersect;
 use crate::bvh::tri4::Tri4;
@@ -35,19 +35,19 @@ pub fn visit<W: Wide, I: Intersect>(
     slots: &mut [Slot; IN_FLIGHT],
     candidates: &mut Candidates,
 ) -> usize {
-    let (mut found, mut left) = (0, len);
-    for steps in vectors(steps, len, W::RAYS) {
-        let block = |ray: usize| &triangles[steps[ray].child().first_block()];
-        let rays = |ray: usize| &slots[steps[ray].slot()].ray.triangle;
-        let lanes = wide.bits(I::candidates(wide, rays, block));
-        for (ray, step) in steps.iter().enumerate().take(left) {
-            slots[step.slot()].leave_block(step.child());
+    let mut found = 0;
+    let end = steps.fill(len, W::RAYS);
+    for first in (0..end).step_by(W::RAYS) {
+        let number: [usize; 4] = std::array::from_fn(|ray| steps.slot(first + ray));
+        let visited: [usize; 4] = std::array::from_fn(|ray| steps.child(first + ray).first_block());
+        let lanes =
+            wide.bits(I::candidates(wide, |ray| &slots[number[ray]].ray.triangle, |ray| &triangles[visited[ray]]));
+        for ray in 0..W::RAYS.min(len - first) {
+            slots[number[ray]].leave_block(steps.child(first + ray));
             let lanes = lanes >> (4 * ray) & 15;
-            let (slot, block) = (step.slot() as u32, step.child().first_block() as u32);
-            candidates[found % IN_FLIGHT] = Candidate { slot, block, lanes };
+            candidates[found % IN_FLIGHT] = Candidate { slot: number[ray] as u32, block: visited[ray] as u32, lanes };
             found += usize::from(lanes != 0);
         }
-        left = left.saturating_sub(W::RAYS);
     }
     found
 }

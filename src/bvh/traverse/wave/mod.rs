@@ -32,7 +32,7 @@ use crate::bvh::ray::{Hit, Ray};
 use crate::simd::wide::Wide;
 use crate::simd::{Address, prefetch_line};
 use leaves::NO_CANDIDATES;
-use queue::{NO_STEPS, Step, Steps, push_if};
+use queue::Steps;
 use setup::Setup;
 use slot::Slot;
 
@@ -57,7 +57,8 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
     let mut slots = [Slot::IDLE; IN_FLIGHT];
     let mut next_row = 0;
     let mut setup = Setup::new::<W, N, I>(wide, &tree.frame, &rays, next_row);
-    let (mut nodes, mut leaves, mut blocks, mut spheres) = (NO_STEPS, NO_STEPS, NO_STEPS, NO_STEPS);
+    let (mut nodes, mut leaves) = (Steps::NONE, Steps::NONE);
+    let (mut blocks, mut spheres) = (Steps::NONE, Steps::NONE);
     let (mut at_nodes, mut at_leaves) = (0, 0);
     let mut idle: [u8; IN_FLIGHT] = std::array::from_fn(|slot| slot as u8);
     let mut idles = IN_FLIGHT;
@@ -71,8 +72,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
                 idles -= 1;
                 let slot = idle[idles % IN_FLIGHT] as usize;
                 slots[slot % IN_FLIGHT].launch(next_row as u32, setup.ray(next_row));
-                nodes[at_nodes % IN_FLIGHT] = Step::new(slot, Child::ROOT);
-                at_nodes += 1;
+                nodes.push_if(&mut at_nodes, slot, Child::ROOT, true);
             } else {
                 finish(next_row, alone::<N, I, ANY, COUNT>(tree, &rays.ray(next_row), &mut counts));
             }
@@ -87,32 +87,26 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             if COUNT {
                 counts.node_visits += at_nodes as u64;
             }
-            nodes::visit::<W, N, ANY>(wide, tree.nodes, &mut nodes, at_nodes, &mut slots);
-            // A queue may be read and written at once: it never grows faster than it is read.
-            let (visited, leaves_before) = (at_nodes, at_leaves);
-            for i in 0..visited {
-                let step = next_step(tree, &slots, nodes[i % IN_FLIGHT]);
-                nodes[(i + leaves_before - at_leaves) % IN_FLIGHT] = step;
-                push_if(&mut leaves, &mut at_leaves, step, step.child().is_leaf());
-            }
-            at_nodes = visited + leaves_before - at_leaves;
+            nodes::visit::<W, N, ANY>(wide, tree, &mut nodes, at_nodes, &mut slots);
+            at_nodes = nodes.part(wide, at_nodes, &mut leaves, &mut at_leaves);
             if 2 * at_nodes <= in_flight {
                 break;
             }
         }
         // Of those that wait for leaves, some are done.
         let (mut at_blocks, mut at_spheres, idle_before) = (0, 0, idles);
-        for &step in &leaves[..at_leaves.min(IN_FLIGHT)] {
-            let (child, done) = (step.child(), step.child() == Child::EMPTY);
-            push_if(&mut blocks, &mut at_blocks, step, !(done || SPHERES && child.is_spheres()));
+        for step in 0..at_leaves.min(IN_FLIGHT) {
+            let (slot, child) = (leaves.slot(step), leaves.child(step));
+            let done = child == Child::EMPTY;
+            blocks.push_if(&mut at_blocks, slot, child, !(done || SPHERES && child.is_spheres()));
             // The first line was fetched when the ray came to the leaf.
             let block = Address::of(tree.triangles, child.first_block());
             prefetch_line(block.plus(64));
             prefetch_line(block.plus(128));
             if SPHERES {
-                push_if(&mut spheres, &mut at_spheres, step, !done && child.is_spheres());
+                spheres.push_if(&mut at_spheres, slot, child, !done && child.is_spheres());
             }
-            idle[idles % IN_FLIGHT] = step.slot() as u8;
+            idle[idles % IN_FLIGHT] = slot as u8;
             idles += usize::from(done);
         }
         at_leaves = 0;
@@ -121,35 +115,28 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             finish(slot.row as usize, slot.hit());
         }
         if COUNT {
-            for step in &blocks[..at_blocks] {
-                count_block(&mut counts, &tree.triangles[step.child().first_block()].prim);
+            for step in 0..at_blocks {
+                count_block(&mut counts, &tree.triangles[blocks.child(step).first_block()].prim);
             }
-            for step in &spheres[..at_spheres] {
-                count_block(&mut counts, &tree.spheres[step.child().first_block()].prim);
+            for step in 0..at_spheres {
+                count_block(&mut counts, &tree.spheres[spheres.child(step).first_block()].prim);
             }
         }
         let found = leaves::visit::<W, I>(wide, tree.triangles, &mut blocks, at_blocks, &mut slots, &mut candidates);
         for candidate in &candidates[..found.min(IN_FLIGHT)] {
             candidates::settle::<I, ANY>(tree.triangles, candidate, &mut slots[candidate.slot as usize % IN_FLIGHT]);
         }
-        if SPHERES {
-            for &step in &spheres[..at_spheres.min(IN_FLIGHT)] {
-                let slot = &mut slots[step.slot()];
-                spheres::visit::<ANY>(tree.spheres, step.child(), &rays.ray(slot.row as usize), slot);
-            }
+        for step in 0..at_blocks.min(IN_FLIGHT) {
+            blocks.set_child(step, next(tree, &slots[blocks.slot(step)]));
         }
-        let mut sort = |steps: &Steps, len: usize| {
-            let (nodes_before, leaves_before) = (at_nodes, at_leaves);
-            for i in 0..len {
-                let step = next_step(tree, &slots, steps[i % IN_FLIGHT]);
-                nodes[(nodes_before + i + leaves_before - at_leaves) % IN_FLIGHT] = step;
-                push_if(&mut leaves, &mut at_leaves, step, step.child().is_leaf());
-            }
-            at_nodes = nodes_before + len + leaves_before - at_leaves;
-        };
-        sort(&blocks, at_blocks);
+        at_nodes = blocks.part_to(wide, at_blocks, &mut nodes, at_nodes, &mut leaves, &mut at_leaves);
         if SPHERES {
-            sort(&spheres, at_spheres);
+            for step in 0..at_spheres.min(IN_FLIGHT) {
+                let slot = &mut slots[spheres.slot(step)];
+                spheres::visit::<ANY>(tree.spheres, spheres.child(step), &rays.ray(slot.row as usize), slot);
+                spheres.set_child(step, next(tree, slot));
+            }
+            at_nodes = spheres.part_to(wide, at_spheres, &mut nodes, at_nodes, &mut leaves, &mut at_leaves);
         }
     }
 }
@@ -170,10 +157,10 @@ fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
     if hit { Hit { t: 0.0, u: 0.0, v: 0.0, prim: 0, geom: 0 } } else { Hit::NONE }
 }
 
-/// What comes next for a ray that has just been somewhere. Fetches it.
+/// What the ray in a slot visits next. Fetches it.
 #[inline(always)]
-fn next_step<N: Node>(tree: &Tree<'_, N>, slots: &[Slot; IN_FLIGHT], step: Step) -> Step {
-    let child = slots[step.slot()].next();
+fn next<N: Node>(tree: &Tree<'_, N>, slot: &Slot) -> Child {
+    let child = slot.next();
     // Both addresses, so that the choice is no branch. (Leaves of spheres fetch in vain.)
     let node = Address::of(tree.nodes, child.node());
     let leaf = Address::of(tree.triangles, child.first_block());
@@ -181,5 +168,5 @@ fn next_step<N: Node>(tree: &Tree<'_, N>, slots: &[Slot; IN_FLIGHT], step: Step)
     if size_of::<N>() > 64 {
         prefetch_line(if child.is_leaf() { leaf } else { node.plus(64) });
     }
-    Step::new(step.slot(), child)
+    child
 }
