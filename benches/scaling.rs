@@ -77,6 +77,10 @@ fn run(args: &Args) -> Result<()> {
         scratch.parent().unwrap_or(scratch).join("scaling.svg")
     });
     atomic_file::check_writable(&file)?;
+    // Now, rather than after an hour of corals.
+    for path in &args.models {
+        std::fs::File::open(path).map_err(|e| Error::io(path, "read", e))?;
+    }
     let mut probe = Probe::new();
     print_head();
     let mut corals = Vec::new();

@@ -116,13 +116,13 @@ impl Panel {
         let [mut x, y] = [self.frame[0], self.frame[1] - 13.0];
         for series in self.series.iter().filter(|series| !series.name.is_empty()) {
             let sample = match series.marks {
-                Marks::Joined => vec![[x, y], [x + 12.0, y], [x + 24.0, y]],
+                Marks::Joined => vec![[x + 4.0, y], [x + 24.0, y]],
                 Marks::Single => vec![[x + 12.0, y]],
             };
             series.draw(svg, sample);
-            text(svg, [x + 30.0, y + 4.5], "", &series.name);
+            text(svg, [x + 34.0, y + 4.5], "", &series.name);
             // No font is known here: a guess at its width.
-            x += 46.0 + 7.0 * series.name.chars().count() as f64;
+            x += 52.0 + 7.0 * series.name.chars().count() as f64;
         }
     }
 }
