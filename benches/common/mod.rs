@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each bench uses its own part.
 
 pub mod pipeline;
+pub mod plot;
 
 use comber::bvh::Accel;
 use comber::error::Result;
