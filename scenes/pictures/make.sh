@@ -35,6 +35,10 @@ if [ -f "$root/scenes/models/dragon_vrip.ply" ]; then
 fi
 if [ -f "${LUCY:-}" ]; then
     shot lucy100k "$LUCY" -s 400
+    large=$(mktemp -d)
+    "$comber" mesh "$LUCY" --split 17 --noise 0.1 -o "$large/lucy28m.ply" --quiet
+    shot lucy28m "$large/lucy28m.ply" -r 1920 1080 -s 16 --cache off
+    rm -r "$large"
 fi
 if [ -d "${COURSE:-}" ]; then
     modes CBspheres_lambertian "$COURSE/CBspheres_lambertian.dae" 1

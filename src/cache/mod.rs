@@ -1,7 +1,7 @@
 //! Trees kept on disk, so that a large mesh is built once.
 //!
 //! A folder of files, one a tree, named after the key of what the tree was built from ([`key`]). A tree is mapped into
-//! memory, not read ([`file`]): its pages are the system's, shared by all processes, and of a tree in the system's cache
+//! memory, not read ([`mod@file`]): its pages are the system's, shared by all processes, and of a tree in the system's cache
 //! nothing is copied.
 //!
 //! **Damage.** A file is used only if its size, header and checksums are right and the tree is sound

@@ -116,7 +116,7 @@ pub struct BvhArgs {
 #[derive(Debug, Args)]
 #[command(args_override_self = true, after_help = MESH_EXAMPLES)]
 pub struct MeshArgs {
-    /// A scene file (.dae, .ply, .obj), or a generated mesh (proc:NAME[,tris=N][,seed=S]).
+    /// A scene file (.dae, .ply, .obj), or a generated mesh (proc:NAME,tris=N,seed=S).
     #[arg(value_name = "INPUT")]
     pub scene: PathBuf,
     /// Write the mesh here.

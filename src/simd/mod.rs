@@ -25,7 +25,7 @@ pub enum Tier {
     /// AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    /// AVX-512 in the kernels over [`Wide`] vectors, AVX2 in the others.
+    /// AVX-512 in the kernels over [`wide::Wide`] vectors, AVX2 in the others.
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx2, Avx512),
 }

@@ -11,6 +11,20 @@
 //!                ↑                     │
 //!                └───── partition ─────┘
 //! ```
+//!
+//! What each step of the way took, in instructions a first diffuse ray on lucy100k (AVX2, callgrind; one ray alone takes 1527):
+//!
+//! | | |
+//! |---|--:|
+//! | a ray after the other in flight, keys and children sorted in general registers | 2643 |
+//! | two rays a vector, sorting network, compact nodes, four rays set up at once | 2202 |
+//! | lengths of queues in registers, one word a step, one prefetch a node | 2026 |
+//! | the ray behind its slot in one line, leaves fetched when their turn comes | 1926 |
+//! | rays parted between nodes and leaves a vector at a time | 1783 |
+//!
+//! Of these a node takes 67 with parting, a leaf block 125, setting up and writing back 140. Dropping candidates that lie beyond
+//! the ray's ends ([`crate::bvh::intersect::beyond_ends`]) left 0.21 of 1.23 a ray to be settled one by one. AVX-512 steps four rays with
+//! as many instructions as AVX2 two.
 
 mod candidates;
 mod leaves;
