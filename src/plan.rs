@@ -294,8 +294,9 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
             };
             let mut kernel = format!("{structure}, closest hit, {test}, {shapes}");
             let mut why = format!("the scene holds {shapes}");
-            if let Some(nodes) = accel.node_format() {
-                kernel += &format!("; {nodes}");
+            if let Some((nodes, reason)) = accel.node_format() {
+                kernel += &format!(", {nodes} nodes");
+                why += &format!("; {reason}");
             }
             if features.has(Features::COST) {
                 kernel += ", counting nodes";

@@ -39,8 +39,8 @@ impl Accel {
         }
     }
 
-    /// How the nodes are stored, and why; `None` for the oracle.
-    pub fn node_format(&self) -> Option<&'static str> {
+    /// How large a node is, and why; `None` for the oracle.
+    pub fn node_format(&self) -> Option<(&'static str, &'static str)> {
         match self {
             Accel::Bvh(bvh) => Some(bvh.node_format()),
             Accel::Brute(..) => None,

@@ -59,14 +59,14 @@ impl Bvh4 {
         self.stats
     }
 
-    /// How the nodes are stored, and why.
-    pub fn node_format(&self) -> &'static str {
+    /// How large a node is, and why.
+    pub fn node_format(&self) -> (&'static str, &'static str) {
         match (&self.nodes, self.intersection) {
-            (Nodes::Grid(..), _) => "nodes of 64 bytes, on a 16-bit grid: it makes their boxes hardly larger",
+            (Nodes::Grid(..), _) => ("64-byte", "a 16-bit grid makes boxes hardly larger, or was asked for"),
             (Nodes::Full(_), Intersection::Watertight) => {
-                "nodes of 128 bytes: a 16-bit grid is too coarse, or not wanted"
+                ("128-byte", "a 16-bit grid is too coarse, or was not wanted")
             }
-            (Nodes::Full(_), Intersection::Fast) => "nodes of 128 bytes, as the fast test needs",
+            (Nodes::Full(_), Intersection::Fast) => ("128-byte", "the fast test needs full nodes"),
         }
     }
 
