@@ -8,6 +8,7 @@ use super::child::Child;
 use super::node::Node;
 use super::node4::Node4;
 use super::rays4::Rays4;
+use crate::simd::floats;
 use crate::simd::wide::{Wide, Words};
 
 /// Four children and their boxes: one cache line.
@@ -109,7 +110,8 @@ impl Node for GridNode4 {
 
     #[inline(always)]
     fn planes(&self) -> [[Vec4; 3]; 2] {
-        [0, 1].map(|side| [0, 1, 2].map(|axis| Vec4::from_array(self.planes[axis][side].map(f32::from))))
+        let [x, y, z] = [floats(&self.planes[0]), floats(&self.planes[1]), floats(&self.planes[2])];
+        [[x[0], y[0], z[0]], [x[1], y[1], z[1]]]
     }
 
     #[inline(always)]

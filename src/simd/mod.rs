@@ -97,7 +97,7 @@ impl Tier {
     }
 }
 
-/// Where something lies, for [`prefetch`] alone.
+/// Where something lies, for [`prefetch_line`] alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Address(*const i8);
 
@@ -130,42 +130,26 @@ pub fn prefetch_line(address: Address) {
     let _ = address;
 }
 
-/// Asks for three cache lines; does nothing where the architecture has no such instruction on stable Rust.
+/// Eight 16-bit numbers as floats, the first four and the others.
 #[inline(always)]
-pub fn prefetch(address: Address) {
-    #[cfg(target_arch = "x86_64")]
-    for line in 0..3 {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: a hint: it changes nothing that the program can see, and no address makes it fault.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.0.wrapping_add(64 * line)) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = address;
-}
-
-/// The bits of `high` above those of `low`, lane by lane.
-#[inline(always)]
-pub fn interleave(low: Vec4, high: Vec4) -> [u64; 4] {
+pub fn floats(numbers: &[[u16; 4]; 2]) -> [Vec4; 2] {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{
-            __m128, _mm_castps_si128, _mm_cvtsi128_si64, _mm_unpackhi_epi64, _mm_unpackhi_ps, _mm_unpacklo_ps,
+            _mm_castsi128_ps, _mm_loadu_si128, _mm_set1_epi16, _mm_unpackhi_epi16, _mm_unpacklo_epi16,
         };
-        // SAFETY: SSE and SSE2 are part of every x86-64 processor.
-        unsafe {
-            let both = |pair: __m128| {
-                let pair = _mm_castps_si128(pair);
-                [_mm_cvtsi128_si64(pair) as u64, _mm_cvtsi128_si64(_mm_unpackhi_epi64(pair, pair)) as u64]
-            };
-            let [a, b] = both(_mm_unpacklo_ps(low.into(), high.into()));
-            let [c, d] = both(_mm_unpackhi_ps(low.into(), high.into()));
-            [a, b, c, d]
-        }
+        // Under the high half of 2²³, a number is their sum.
+        let both = Vec4::splat(8_388_608.0);
+        // SAFETY: SSE2 is part of every x86-64 processor, and the reference is to the 16 bytes that are read.
+        let [low, high] = unsafe {
+            let (numbers, magic) = (_mm_loadu_si128(numbers.as_ptr().cast()), _mm_set1_epi16(0x4b00));
+            [_mm_unpacklo_epi16(numbers, magic), _mm_unpackhi_epi16(numbers, magic)].map(|v| _mm_castsi128_ps(v))
+        };
+        [Vec4::from(low) - both, Vec4::from(high) - both]
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
-        let (low, high) = (low.to_array(), high.to_array());
-        std::array::from_fn(|i| u64::from(high[i].to_bits()) << 32 | u64::from(low[i].to_bits()))
+        numbers.map(|four| Vec4::from_array(four.map(f32::from)))
     }
 }
 
@@ -233,11 +217,9 @@ mod tests {
     }
 
     #[test]
-    fn interleaving_keeps_every_bit() {
-        let (low, high) = ([0u32, 1, u32::MAX, 0x7fc0_1234], [5u32, 0x8000_0000, 7, u32::MAX]);
-        let vector = |bits: [u32; 4]| Vec4::from_array(bits.map(f32::from_bits));
-        let expected: [u64; 4] = std::array::from_fn(|i| u64::from(high[i]) << 32 | u64::from(low[i]));
-        assert_eq!(interleave(vector(low), vector(high)), expected);
+    fn numbers_become_floats() {
+        let numbers = [[0, 1, 255, 256], [32767, 32768, 65534, 65535]];
+        assert_eq!(floats(&numbers), numbers.map(|four: [u16; 4]| Vec4::from_array(four.map(f32::from))));
     }
 
     #[test]

@@ -33,12 +33,6 @@ impl Entry {
         Entry(u64::from(distance.to_bits()) << 32 | u64::from(child.bits()))
     }
 
-    /// From the bits of the distance above those of the child.
-    #[inline(always)]
-    pub fn from_bits(bits: u64) -> Entry {
-        Entry(bits)
-    }
-
     /// Where the ray enters.
     #[inline(always)]
     pub fn distance(self) -> f32 {
@@ -73,14 +67,6 @@ impl Stack {
         self.len += count as usize;
     }
 
-    /// Adds a child if `wanted`, without a branch.
-    #[inline(always)]
-    pub fn push_if(&mut self, child: Child, wanted: bool) {
-        debug_assert!(self.len < CAPACITY);
-        self.entries[self.len % CAPACITY] = Entry::new(0.0, child);
-        self.len += usize::from(wanted);
-    }
-
     /// Adds one child.
     #[inline(always)]
     pub fn push_one(&mut self, entry: Entry) {
@@ -95,18 +81,5 @@ impl Stack {
         debug_assert!(self.len > 0);
         self.len = self.len.wrapping_sub(1);
         self.entries[self.len % CAPACITY]
-    }
-
-    /// Drops the children that the ray enters beyond `t_max`. Hits are rare, pops are not: culling here lets
-    /// [`Stack::pop`] do without a branch. Equal distances may still win by primitive, so they stay.
-    #[inline(always)]
-    pub fn cull(&mut self, t_max: f32) {
-        let mut kept = 0;
-        for i in 0..self.len {
-            let entry = self.entries[i % CAPACITY];
-            self.entries[kept % CAPACITY] = entry;
-            kept += usize::from(entry.distance() <= t_max);
-        }
-        self.len = kept;
     }
 }
