@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 use super::aabb::Aabb;
 use super::child::Child;
-use super::node::Node;
+use super::node::{Node, overlap};
 use super::node4::Node4;
 use super::rays4::Rays4;
 use crate::simd::floats;
@@ -166,26 +166,22 @@ impl Node for GridNode4 {
     ) -> (W::Lanes, W::Lanes) {
         let (scale, offset) = (wide.gather(|ray| slab(ray, 0)), wide.gather(|ray| slab(ray, 1)));
         let x = wide.gather(|ray| node(ray).words(0));
-        let (x0, x1) = pair(wide, x, wide.spread::<0>(scale), wide.spread::<0>(offset));
+        let x = pair(wide, x, wide.spread::<0>(scale), wide.spread::<0>(offset));
         let y = wide.gather(|ray| node(ray).words(1));
-        let (y0, y1) = pair(wide, y, wide.spread::<1>(scale), wide.spread::<1>(offset));
+        let y = pair(wide, y, wide.spread::<1>(scale), wide.spread::<1>(offset));
         let z = wide.gather(|ray| node(ray).words(2));
-        let (z0, z1) = pair(wide, z, wide.spread::<2>(scale), wide.spread::<2>(offset));
-        let entry = wide.max(wide.max(x0, y0), wide.max(z0, wide.spread::<3>(offset)));
-        let exit = wide.min(wide.min(x1, y1), wide.min(z1, wide.spread::<3>(scale)));
-        (entry, exit)
+        let z = pair(wide, z, wide.spread::<2>(scale), wide.spread::<2>(offset));
+        overlap(wide, [x, y, z], wide.spread::<3>(offset), wide.spread::<3>(scale))
     }
 
     #[inline(always)]
     fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
         let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
         let number = |axis: usize, side: usize| self.planes[axis][side][lane & 3];
-        let (x0, x1) = crossed(wide, number(0, 0), number(0, 1), sx, ox);
-        let (y0, y1) = crossed(wide, number(1, 0), number(1, 1), sy, oy);
-        let (z0, z1) = crossed(wide, number(2, 0), number(2, 1), sz, oz);
-        let entry = wide.max(wide.max(x0, y0), wide.max(z0, t_min));
-        let exit = wide.min(wide.min(x1, y1), wide.min(z1, t_max));
-        (entry, exit)
+        let x = crossed(wide, number(0, 0), number(0, 1), sx, ox);
+        let y = crossed(wide, number(1, 0), number(1, 1), sy, oy);
+        let z = crossed(wide, number(2, 0), number(2, 1), sz, oz);
+        overlap(wide, [x, y, z], t_min, t_max)
     }
 }
 

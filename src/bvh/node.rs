@@ -48,3 +48,17 @@ pub trait Node: Pod + Send + Sync {
     /// The same of one child for a ray a lane; `slab` by word, as [`Node::slab`] gives it.
     fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes);
 }
+
+/// Where rays enter and leave a box, given where they cross the nearer and the farther planes of each axis; both limited to the
+/// ray.
+#[inline(always)]
+pub fn overlap<W: Wide>(
+    wide: W,
+    [x, y, z]: [(W::Lanes, W::Lanes); 3],
+    t_min: W::Lanes,
+    t_max: W::Lanes,
+) -> (W::Lanes, W::Lanes) {
+    let entry = wide.max(wide.max(x.0, y.0), wide.max(z.0, t_min));
+    let exit = wide.min(wide.min(x.1, y.1), wide.min(z.1, t_max));
+    (entry, exit)
+}

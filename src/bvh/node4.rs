@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 
 use super::aabb::Aabb;
 use super::child::Child;
-use super::node::{Node, SLACK};
+use super::node::{Node, SLACK, overlap};
 use super::rays4::Rays4;
 use crate::simd::wide::{Wide, Words};
 
@@ -84,11 +84,10 @@ impl Node for Node4 {
         slab: impl Fn(usize, usize) -> &'a Words + Copy,
     ) -> (W::Lanes, W::Lanes) {
         let (scale, origin) = (wide.gather(|ray| slab(ray, 0)), wide.gather(|ray| slab(ray, 1)));
-        let (x0, x1) = pair::<W, 0>(wide, node, wide.spread::<0>(origin), wide.spread::<0>(scale));
-        let (y0, y1) = pair::<W, 1>(wide, node, wide.spread::<1>(origin), wide.spread::<1>(scale));
-        let (z0, z1) = pair::<W, 2>(wide, node, wide.spread::<2>(origin), wide.spread::<2>(scale));
-        let entry = wide.max(wide.max(x0, y0), wide.max(z0, wide.spread::<3>(origin)));
-        let exit = wide.min(wide.min(x1, y1), wide.min(z1, wide.spread::<3>(scale)));
+        let x = pair::<W, 0>(wide, node, wide.spread::<0>(origin), wide.spread::<0>(scale));
+        let y = pair::<W, 1>(wide, node, wide.spread::<1>(origin), wide.spread::<1>(scale));
+        let z = pair::<W, 2>(wide, node, wide.spread::<2>(origin), wide.spread::<2>(scale));
+        let (entry, exit) = overlap(wide, [x, y, z], wide.spread::<3>(origin), wide.spread::<3>(scale));
         (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
     }
 
@@ -96,11 +95,10 @@ impl Node for Node4 {
     fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
         let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
         let plane = |side: usize, axis: usize| self.planes[side][axis][lane & 3];
-        let (x0, x1) = crossed(wide, plane(0, 0), plane(1, 0), ox, sx);
-        let (y0, y1) = crossed(wide, plane(0, 1), plane(1, 1), oy, sy);
-        let (z0, z1) = crossed(wide, plane(0, 2), plane(1, 2), oz, sz);
-        let entry = wide.max(wide.max(x0, y0), wide.max(z0, t_min));
-        let exit = wide.min(wide.min(x1, y1), wide.min(z1, t_max));
+        let x = crossed(wide, plane(0, 0), plane(1, 0), ox, sx);
+        let y = crossed(wide, plane(0, 1), plane(1, 1), oy, sy);
+        let z = crossed(wide, plane(0, 2), plane(1, 2), oz, sz);
+        let (entry, exit) = overlap(wide, [x, y, z], t_min, t_max);
         (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
     }
 }

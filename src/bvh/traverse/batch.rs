@@ -1,13 +1,11 @@
 //! A batch of rays on its way to a kernel: node format, triangle test, instruction set, and whether there are spheres are
 //! chosen here, once.
 
-use super::any_hit::any_hit;
-use super::closest_hit::closest_hit;
-use super::stack::Stack;
-use super::{Traversal, Tree, TreeKernel, packet, wave};
+use super::{Traversal, Tree, TreeKernel, packet, single, wave};
 use crate::bvh::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
+use crate::bvh::ray::Hit;
 use crate::simd::wide::{Wide, WideKernel};
 use crate::simd::{Kernel, Tier};
 use std::marker::PhantomData;
@@ -54,149 +52,80 @@ impl Batch<'_> {
         self,
         tree: Tree<'_, N>,
     ) -> TraversalCounts {
-        let rays = self.rays.trimmed();
-        let test = PhantomData::<I>;
-        match (self.way, self.results) {
-            (Traversal::Single, Results::Closest(hits)) => {
-                let hits = hits.trimmed(rays.len());
-                self.tier.run(SingleClosest::<N, I, SPHERES, COUNT> { tree, rays, hits, test })
+        let Batch { way, tier, rays, results, .. } = self;
+        let rays = rays.trimmed();
+        match results {
+            Results::Closest(hits) => {
+                let mut hits = hits.trimmed(rays.len());
+                let finish = |row, hit| hits.set(row, hit);
+                Ask::<N, I, _, false, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
             }
-            (Traversal::Single, Results::Any(occluded)) => {
+            Results::Any(occluded) => {
                 let occluded = &mut occluded[..rays.len()];
-                self.tier.run(SingleAny::<N, I, SPHERES, COUNT> { tree, rays, occluded, test })
-            }
-            (Traversal::InFlight, Results::Closest(hits)) => {
-                let hits = hits.trimmed(rays.len());
-                self.tier.run_wide(WaveClosest::<N, I, SPHERES, COUNT> { tree, rays, hits, test })
-            }
-            (Traversal::InFlight, Results::Any(occluded)) => {
-                let occluded = &mut occluded[..rays.len()];
-                self.tier.run_wide(WaveAny::<N, I, SPHERES, COUNT> { tree, rays, occluded, test })
-            }
-            (Traversal::Packet, Results::Closest(hits)) => {
-                let hits = hits.trimmed(rays.len());
-                self.tier.run_wide(PacketClosest::<N, I, SPHERES, COUNT> { tree, rays, hits, test })
-            }
-            (Traversal::Packet, Results::Any(occluded)) => {
-                let occluded = &mut occluded[..rays.len()];
-                self.tier.run_wide(PacketAny::<N, I, SPHERES, COUNT> { tree, rays, occluded, test })
+                let finish = |row: usize, hit: Hit| occluded[row] = hit.is_some();
+                Ask::<N, I, _, true, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
             }
         }
     }
 }
 
-struct SingleClosest<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
+/// A batch with all but its way and its instruction set chosen. `finish` takes the row and the hit of each ray.
+struct Ask<'a, N: Node, I, F, const ANY: bool, const SPHERES: bool, const COUNT: bool> {
     tree: Tree<'a, N>,
     rays: RayColumns<'a>,
-    hits: HitColumnsMut<'a>,
+    finish: F,
     test: PhantomData<I>,
 }
 
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> Kernel for SingleClosest<'_, N, I, SPHERES, COUNT> {
-    type Output = TraversalCounts;
+/// Kernels of their own, so that none carries the stack of another.
+struct Single<A>(A);
+struct InFlight<A>(A);
+struct Packet<A>(A);
 
-    #[inline(always)]
-    fn run(mut self) -> TraversalCounts {
-        let mut counts = TraversalCounts { rays: self.rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for row in 0..self.rays.len() {
-            let ray = self.rays.ray(row);
-            self.hits.set(row, closest_hit::<N, I, SPHERES, COUNT>(&self.tree, &ray, &mut stack, &mut counts));
+impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool>
+    Ask<'_, N, I, F, ANY, SPHERES, COUNT>
+{
+    fn run(self, way: Traversal, tier: Tier) -> TraversalCounts {
+        match way {
+            Traversal::Single => tier.run(Single(self)),
+            Traversal::InFlight => tier.run_wide(InFlight(self)),
+            Traversal::Packet => tier.run_wide(Packet(self)),
         }
-        counts
     }
 }
 
-struct SingleAny<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
-    rays: RayColumns<'a>,
-    occluded: &'a mut [bool],
-    test: PhantomData<I>,
-}
-
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> Kernel for SingleAny<'_, N, I, SPHERES, COUNT> {
+impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> Kernel
+    for Single<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+{
     type Output = TraversalCounts;
 
     #[inline(always)]
     fn run(self) -> TraversalCounts {
-        let mut counts = TraversalCounts { rays: self.rays.len() as u64, ..Default::default() };
-        let mut stack = Stack::new();
-        for (row, occluded) in self.occluded.iter_mut().enumerate() {
-            let ray = self.rays.ray(row);
-            *occluded = any_hit::<N, I, SPHERES, COUNT>(&self.tree, &ray, &mut stack, &mut counts);
-        }
-        counts
+        let Ask { tree, rays, finish, .. } = self.0;
+        single::trace::<N, I, ANY, SPHERES, COUNT>(&tree, rays, finish)
     }
 }
 
-struct WaveClosest<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
-    rays: RayColumns<'a>,
-    hits: HitColumnsMut<'a>,
-    test: PhantomData<I>,
-}
-
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel
-    for WaveClosest<'_, N, I, SPHERES, COUNT>
+impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
+    for InFlight<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 
     #[inline(always)]
-    fn run<W: Wide>(mut self, wide: W) -> TraversalCounts {
-        wave::trace::<W, N, I, false, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| self.hits.set(row, hit))
-    }
-}
-
-struct WaveAny<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
-    rays: RayColumns<'a>,
-    occluded: &'a mut [bool],
-    test: PhantomData<I>,
-}
-
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel for WaveAny<'_, N, I, SPHERES, COUNT> {
-    type Output = TraversalCounts;
-
-    #[inline(always)]
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
-        wave::trace::<W, N, I, true, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| {
-            self.occluded[row] = hit.is_some();
-        })
+        let Ask { tree, rays, finish, .. } = self.0;
+        wave::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
     }
 }
 
-struct PacketClosest<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
-    rays: RayColumns<'a>,
-    hits: HitColumnsMut<'a>,
-    test: PhantomData<I>,
-}
-
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel
-    for PacketClosest<'_, N, I, SPHERES, COUNT>
+impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
+    for Packet<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 
     #[inline(always)]
-    fn run<W: Wide>(mut self, wide: W) -> TraversalCounts {
-        packet::trace::<W, N, I, false, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| self.hits.set(row, hit))
-    }
-}
-
-struct PacketAny<'a, N: Node, I, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
-    rays: RayColumns<'a>,
-    occluded: &'a mut [bool],
-    test: PhantomData<I>,
-}
-
-impl<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool> WideKernel for PacketAny<'_, N, I, SPHERES, COUNT> {
-    type Output = TraversalCounts;
-
-    #[inline(always)]
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
-        packet::trace::<W, N, I, true, SPHERES, COUNT>(wide, &self.tree, self.rays, |row, hit| {
-            self.occluded[row] = hit.is_some();
-        })
+        let Ask { tree, rays, finish, .. } = self.0;
+        packet::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
     }
 }

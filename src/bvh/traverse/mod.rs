@@ -8,8 +8,8 @@ mod any_hit;
 mod batch;
 mod closest_hit;
 mod leaf;
-mod one_ray;
 mod packet;
+mod single;
 pub(super) mod slab;
 pub(super) mod stack;
 mod wave;
@@ -29,7 +29,7 @@ use super::watertight::Watertight;
 use crate::options::Intersection;
 use crate::simd::Tier;
 use batch::{Batch, Results};
-use one_ray::{AnyHit, ClosestHit, NodeVisits};
+use single::{NodeVisits, OneRay};
 pub use stack::Stack;
 
 /// A tree as kernels see it.
@@ -163,13 +163,13 @@ impl Bvh4 {
     /// The closest hit of one ray, for callers that have no batch.
     #[inline(always)]
     pub fn closest_hit(&self, ray: &Ray, stack: &mut Stack) -> Hit {
-        self.with_tree(ClosestHit { ray, stack })
+        self.with_tree(OneRay::<false> { ray, stack })
     }
 
     /// Whether one ray hits anything, for callers that have no batch.
     #[inline(always)]
     pub fn any_hit(&self, ray: &Ray, stack: &mut Stack) -> bool {
-        self.with_tree(AnyHit { ray, stack })
+        self.with_tree(OneRay::<true> { ray, stack }).is_some()
     }
 
     /// Nodes that the closest-hit traversal of one ray visits.

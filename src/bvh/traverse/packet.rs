@@ -11,9 +11,8 @@
 
 use glam::{Vec3, Vec4};
 
-use super::any_hit::any_hit;
-use super::closest_hit::closest_hit;
 use super::leaf::count_block;
+use super::single::trace_one;
 use super::stack::{Entry, Stack};
 use super::{Tree, child_of};
 use crate::bvh::child::Child;
@@ -50,14 +49,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             continue;
         }
         for row in first..first + len {
-            let ray = rays.ray(row);
-            let hit = if !ANY {
-                closest_hit::<N, I, SPHERES, COUNT>(tree, &ray, &mut stack, &mut counts)
-            } else if any_hit::<N, I, SPHERES, COUNT>(tree, &ray, &mut stack, &mut counts) {
-                Hit { t: 0.0, u: 0.0, v: 0.0, prim: 0, geom: 0 }
-            } else {
-                Hit::NONE
-            };
+            let hit = trace_one::<N, I, ANY, SPHERES, COUNT>(tree, &rays.ray(row), &mut stack, &mut counts);
             finish(row, hit);
         }
     }

@@ -34,9 +34,8 @@ mod setup;
 mod slot;
 mod spheres;
 
-use super::any_hit::any_hit;
-use super::closest_hit::closest_hit;
 use super::leaf::count_block;
+use super::single::trace_one;
 use super::{Stack, Tree};
 use crate::bvh::child::Child;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
@@ -163,12 +162,7 @@ fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
     ray: &Ray,
     counts: &mut TraversalCounts,
 ) -> Hit {
-    let mut stack = Stack::new();
-    if !ANY {
-        return closest_hit::<N, I, true, COUNT>(tree, ray, &mut stack, counts);
-    }
-    let hit = any_hit::<N, I, true, COUNT>(tree, ray, &mut stack, counts);
-    if hit { Hit { t: 0.0, u: 0.0, v: 0.0, prim: 0, geom: 0 } } else { Hit::NONE }
+    trace_one::<N, I, ANY, true, COUNT>(tree, ray, &mut Stack::new(), counts)
 }
 
 /// What the ray in a slot visits next. Fetches it.
