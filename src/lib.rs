@@ -27,6 +27,7 @@
 //! | what each vertex of a path adds | [`transport`] |
 //! | what a ray can hit, and how it is found | [`scene`], [`bvh`] |
 //! | when a pixel is done | [`film::convergence`] |
+//! | what the machine could do at most | [`profile::ceilings`] |
 //! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
 //!
 //! `unsafe` has two homes: [`simd`], and [`peer::embree`], which calls a C library where the user asks for that.
@@ -63,6 +64,7 @@ pub mod measure;
 pub mod options;
 pub mod peer;
 pub mod plan;
+pub mod profile;
 pub mod reference;
 pub mod sampling;
 pub mod scene;

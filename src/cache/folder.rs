@@ -202,7 +202,7 @@ fn remove(path: &Path) -> Result<()> {
 }
 
 /// Makes a folder that only its user may enter, and those above it.
-fn make_private(folder: &Path) -> io::Result<()> {
+pub(crate) fn make_private(folder: &Path) -> io::Result<()> {
     let mut builder = fs::DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use memmap2::{MmapMut, MmapOptions};
 use rayon::prelude::*;
 
-use super::MappedFile;
+use super::{MappedFile, Pages};
 
 /// A huge page of x86-64, and of AArch64 with pages of 4 KiB.
 const HUGE_PAGE: usize = 2 << 20;
@@ -63,7 +63,7 @@ impl<T: Pod + Send + Sync> Buffer<T> {
         const { assert!(align_of::<T>() <= align_of::<Line>()) };
         let bytes = Layout::array::<T>(len).ok()?.size();
         if bytes >= HUGE_FROM {
-            return Self::on_pages(len, bytes);
+            return Self::on_pages(len, bytes, Pages::Huge);
         }
         let mut lines = vec![Line::zeroed(); bytes.div_ceil(size_of::<Line>())];
         // A vector's pointer is never null, and is as aligned as its lines are.
@@ -71,15 +71,26 @@ impl<T: Pod + Send + Sync> Buffer<T> {
         Some(Buffer { start, len, storage: Storage::Heap(lines) })
     }
 
-    /// Zeroed pages of its own, huge ones where the system has them to give.
-    fn on_pages(len: usize, bytes: usize) -> Option<Buffer<T>> {
+    /// `len` values of which all bits are 0, on pages of their own of that size; `None` if there is no memory.
+    pub fn zeroed_on(len: usize, size: Pages) -> Option<Buffer<T>> {
+        const { assert!(align_of::<T>() <= align_of::<Line>()) };
+        Self::on_pages(len, Layout::array::<T>(len).ok()?.size(), size)
+    }
+
+    /// Zeroed pages of its own, huge ones if wanted and where the system has them to give.
+    fn on_pages(len: usize, bytes: usize, size: Pages) -> Option<Buffer<T>> {
         // The system promises the alignment of a small page only. What is never touched takes no memory.
         let pages = bytes.checked_next_multiple_of(HUGE_PAGE)?;
         let mut map = MmapOptions::new().len(pages.checked_add(HUGE_PAGE)?).map_anon().ok()?;
         let skipped = map.as_ptr().align_offset(HUGE_PAGE);
         // A wish: a system without huge pages gives small ones.
         #[cfg(target_os = "linux")]
-        let _ = map.advise_range(memmap2::Advice::HugePage, skipped, pages);
+        let _ = match size {
+            Pages::Small => map.advise_range(memmap2::Advice::NoHugePage, skipped, pages),
+            Pages::Huge => map.advise_range(memmap2::Advice::HugePage, skipped, pages),
+        };
+        #[cfg(not(target_os = "linux"))]
+        let _ = size;
         let start = NonNull::from(&mut map[skipped..skipped + bytes]).cast();
         Some(Buffer { start, len, storage: Storage::Pages(map) })
     }
@@ -165,6 +176,7 @@ impl<T> fmt::Debug for Buffer<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::share_on_huge_pages;
     use super::*;
     use std::fs::File;
 
@@ -191,6 +203,19 @@ mod tests {
             let moved = buffer;
             assert!(moved.iter().enumerate().all(|(i, value)| *value == block(i)));
         }
+    }
+
+    #[test]
+    fn pages_have_the_size_asked_for() {
+        for size in [Pages::Small, Pages::Huge] {
+            let mut buffer = Buffer::<u32>::zeroed_on(HUGE_FROM, size).unwrap();
+            assert!(buffer.iter().all(|word| *word == 0));
+            buffer.par_iter_mut().for_each(|word| *word = 1);
+            // Huge ones are a wish, small ones a right; the system need not tell which it gave.
+            let huge = share_on_huge_pages(buffer.as_ptr().addr());
+            assert!(huge.is_none_or(|share| (0.0..=1.0).contains(&share) && (size == Pages::Huge || share == 0.0)));
+        }
+        assert!(Buffer::<Block>::zeroed_on(usize::MAX, Pages::Small).is_none());
     }
 
     #[test]

@@ -3,6 +3,8 @@
 
 mod buffer;
 mod mapped;
+mod pages;
 
 pub use buffer::Buffer;
 pub use mapped::MappedFile;
+pub use pages::{Pages, share_on_huge_pages};
