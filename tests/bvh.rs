@@ -8,7 +8,7 @@ use comber::options::{self, AccelOptions, Intersection, NodeFormat, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
 use common::rays::{QUALITIES, Random, kernels};
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use proptest::prelude::*;
 
 /// Rays in columns, and the hits of each.
@@ -209,6 +209,59 @@ fn soups_agree_with_the_oracle() {
         let shapes = soup(&mut random, triangles, spheres);
         let rays = rays(&mut random, &shapes, 4000);
         assert_agree(&shapes, &rays);
+    }
+}
+
+/// Neighbours from one place, or side by side, towards one end of an axis: what packets are made of. Some of them are not
+/// like their neighbours.
+fn neighbours(random: &mut Random, count: usize, fan: bool, odd: usize) -> Vec<Ray> {
+    let axis = random.below(3);
+    let mut towards = Vec3::ZERO;
+    towards[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let ray = |i: usize| {
+        let mut aside = Vec3::new((i % 8) as f32 - 3.5, (i / 8 % 8) as f32 - 3.5, (i / 64) as f32 - 1.5) * 0.03;
+        if !fan {
+            aside[axis] = 0.0;
+        }
+        let origin = if fan { -2.0 * towards } else { aside * 4.0 - 2.0 * towards };
+        // A fan straddles the planes between octants; rays side by side have components that are 0, of either sign.
+        let direction = if fan { towards + aside } else { towards * 0.3 };
+        let zero = if i.is_multiple_of(5) { -0.0 } else { 0.0 };
+        let direction = Vec3::from_array(direction.to_array().map(|d| if d == 0.0 { zero } else { d }));
+        let t_min = if i % 7 == 3 { 1.9 } else { 0.0 };
+        let t_max = if i % 11 == 5 { 2.1 } else { f32::INFINITY };
+        let good = Ray { origin, direction, t_min, t_max };
+        if odd == 0 || i % odd != odd / 2 {
+            return good;
+        }
+        match i / odd % 6 {
+            0 => Ray { direction: -direction, ..good },
+            1 => Ray { origin: origin - 1e6 * towards, ..good },
+            2 => Ray { origin: Vec3::NAN, ..good },
+            3 => Ray { direction: Vec3::INFINITY, ..good },
+            4 => Ray { t_max: -1.0, ..good },
+            _ => Ray { direction: direction.yzx(), ..good },
+        }
+    };
+    (0..count).map(ray).collect()
+}
+
+#[test]
+fn neighbours_agree_with_the_oracle() {
+    let mut random = Random(21);
+    for (triangles, spheres) in [(1500, 0), (600, 60)] {
+        let shapes = soup(&mut random, triangles, spheres);
+        let batches: Vec<Vec<Ray>> = [(256, 0), (256, 9), (130, 5), (64, 0), (65, 0), (63, 3), (1, 0)]
+            .into_iter()
+            .flat_map(|(count, odd)| [(count, true, odd), (count, false, odd)])
+            .map(|(count, fan, odd)| neighbours(&mut random, count, fan, odd))
+            .collect();
+        for options in every_option() {
+            let bvh = Accel::build(&shapes, &options).unwrap();
+            for rays in &batches {
+                assert_agrees(&bvh, &options, &shapes, rays);
+            }
+        }
     }
 }
 

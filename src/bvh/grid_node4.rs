@@ -175,22 +175,18 @@ impl Node for GridNode4 {
     }
 
     #[inline(always)]
-    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
+    fn lane_numbers<W: Wide>(wide: W, planes: Vec4) -> Vec4 {
+        wide.grid_numbers(planes)
+    }
+
+    #[inline(always)]
+    fn enter_box<W: Wide>(wide: W, near: [f32; 3], far: [f32; 3], slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
         let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
-        let number = |axis: usize, side: usize| self.planes[axis][side][lane & 3];
-        let x = crossed(wide, number(0, 0), number(0, 1), sx, ox);
-        let y = crossed(wide, number(1, 0), number(1, 1), sy, oy);
-        let z = crossed(wide, number(2, 0), number(2, 1), sz, oz);
+        let x = (wide.grid(near[0], sx, ox), wide.grid(far[0], sx, ox));
+        let y = (wide.grid(near[1], sy, oy), wide.grid(far[1], sy, oy));
+        let z = (wide.grid(near[2], sz, oz), wide.grid(far[2], sz, oz));
         overlap(wide, [x, y, z], t_min, t_max)
     }
-}
-
-/// Where rays cross two planes, the nearer first.
-#[inline(always)]
-fn crossed<W: Wide>(wide: W, low: u16, high: u16, scale: W::Lanes, offset: W::Lanes) -> (W::Lanes, W::Lanes) {
-    let low = wide.grid(low, scale, offset);
-    let high = wide.grid(high, scale, offset);
-    (wide.min(low, high), wide.max(low, high))
 }
 
 /// Where rays cross the nearer and the farther planes of an axis.

@@ -15,6 +15,10 @@ pub trait Intersect: Copy + Send + Sync {
     /// The same of four rays, a column a word.
     fn prepare4(rays: &Rays4) -> [[Vec4; 4]; 2];
 
+    /// Which of four classes rays of these directions are of, as the two bits of a number: those of one class have the same
+    /// [`Intersect::first_row`]s.
+    fn class(directions: [Vec4; 3]) -> [u32; 2];
+
     /// The first of the three rows of a block ([`Tri4::rows`]) that hold the coordinate which the ray takes as its x, y or
     /// z; `words` are the first that were prepared.
     fn first_row(words: &Words, axis: u32) -> usize;
@@ -40,6 +44,25 @@ pub trait Intersect: Copy + Send + Sync {
             corner::<Self, W, 0>(wide, ray, block),
             corner::<Self, W, 1>(wide, ray, block),
             corner::<Self, W, 2>(wide, ray, block),
+        ];
+        Self::test(wide, &rays, corners)
+    }
+
+    /// The same of one block for all rays, whose `first_row`s are the same.
+    #[inline(always)]
+    fn candidates_in<'a, W: Wide>(wide: W, ray: impl Fn(usize) -> &'a [Words; 2] + Copy, block: &Tri4) -> W::Mask {
+        let (a, b) = (wide.gather(|r| &ray(r)[0]), wide.gather(|r| &ray(r)[1]));
+        let rays = RayLanes {
+            origin: [wide.spread::<0>(a), wide.spread::<1>(a), wide.spread::<2>(a)],
+            direction: [wide.spread::<0>(b), wide.spread::<1>(b), wide.spread::<2>(b)],
+            t_max: wide.spread::<3>(b),
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| Self::first_row(&ray(0)[0], axis));
+        let rows = block.rows();
+        let corners = [
+            [wide.repeat(&rows[x]), wide.repeat(&rows[y]), wide.repeat(&rows[z])],
+            [wide.repeat(&rows[x + 1]), wide.repeat(&rows[y + 1]), wide.repeat(&rows[z + 1])],
+            [wide.repeat(&rows[x + 2]), wide.repeat(&rows[y + 2]), wide.repeat(&rows[z + 2])],
         ];
         Self::test(wide, &rays, corners)
     }

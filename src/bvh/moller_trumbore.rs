@@ -30,6 +30,11 @@ impl Intersect for MollerTrumbore {
     }
 
     #[inline(always)]
+    fn class(_: [Vec4; 3]) -> [u32; 2] {
+        [0; 2]
+    }
+
+    #[inline(always)]
     fn first_row(_: &Words, axis: u32) -> usize {
         3 * axis as usize
     }

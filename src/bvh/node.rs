@@ -45,8 +45,12 @@ pub trait Node: Pod + Send + Sync {
         slab: impl Fn(usize, usize) -> &'a Words + Copy,
     ) -> (W::Lanes, W::Lanes);
 
-    /// The same of one child for a ray a lane; `slab` by word, as [`Node::slab`] gives it.
-    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes);
+    /// Planes as [`Node::enter_box`] takes them.
+    fn lane_numbers<W: Wide>(wide: W, planes: Vec4) -> Vec4;
+
+    /// The same of one box for a ray a lane: its near and far planes by axis, from [`Node::lane_numbers`]; `slab` by word, as
+    /// [`Node::slab`] gives it.
+    fn enter_box<W: Wide>(wide: W, near: [f32; 3], far: [f32; 3], slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes);
 }
 
 /// Where rays enter and leave a box, given where they cross the nearer and the farther planes of each axis; both limited to the

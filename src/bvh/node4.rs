@@ -92,23 +92,25 @@ impl Node for Node4 {
     }
 
     #[inline(always)]
-    fn enter_child<W: Wide>(&self, wide: W, lane: usize, slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
+    fn lane_numbers<W: Wide>(_: W, planes: Vec4) -> Vec4 {
+        planes
+    }
+
+    #[inline(always)]
+    fn enter_box<W: Wide>(wide: W, near: [f32; 3], far: [f32; 3], slab: &[W::Lanes; 8]) -> (W::Lanes, W::Lanes) {
         let [sx, sy, sz, t_max, ox, oy, oz, t_min] = *slab;
-        let plane = |side: usize, axis: usize| self.planes[side][axis][lane & 3];
-        let x = crossed(wide, plane(0, 0), plane(1, 0), ox, sx);
-        let y = crossed(wide, plane(0, 1), plane(1, 1), oy, sy);
-        let z = crossed(wide, plane(0, 2), plane(1, 2), oz, sz);
+        let x = (cross(wide, near[0], ox, sx), cross(wide, far[0], ox, sx));
+        let y = (cross(wide, near[1], oy, sy), cross(wide, far[1], oy, sy));
+        let z = (cross(wide, near[2], oz, sz), cross(wide, far[2], oz, sz));
         let (entry, exit) = overlap(wide, [x, y, z], t_min, t_max);
         (wide.mul(entry, wide.splat(1.0 - SLACK)), exit)
     }
 }
 
-/// Where rays cross two planes, the nearer first.
+/// Where rays cross a plane.
 #[inline(always)]
-fn crossed<W: Wide>(wide: W, low: f32, high: f32, origin: W::Lanes, scale: W::Lanes) -> (W::Lanes, W::Lanes) {
-    let low = wide.mul(wide.sub(wide.splat(low), origin), scale);
-    let high = wide.mul(wide.sub(wide.splat(high), origin), scale);
-    (wide.min(low, high), wide.max(low, high))
+fn cross<W: Wide>(wide: W, plane: f32, origin: W::Lanes, scale: W::Lanes) -> W::Lanes {
+    wide.mul(wide.sub(wide.splat(plane), origin), scale)
 }
 
 /// Where rays cross the nearer and the farther planes of an axis. (No closure: those with vectors in them must be inlined.)

@@ -7,7 +7,7 @@
 //! Two-sided, so the paper's swap that keeps the winding is left out. Without fused operations, in one order:
 //! every tier gives the same bits, and [`scalar`] the same as the blocks of [`Watertight`].
 
-use glam::{Vec3, Vec3Swizzles, Vec4};
+use glam::{BVec4A, Vec3, Vec3Swizzles, Vec4};
 
 use super::intersect::{Crossing, Intersect, RayLanes, beyond_ends};
 use super::ray::Ray;
@@ -68,15 +68,19 @@ impl Intersect for Watertight {
     #[inline(always)]
     fn prepare4(rays: &Rays4) -> [[Vec4; 4]; 2] {
         let ([ox, oy, oz], [dx, dy, dz]) = (rays.origin, rays.direction);
-        let (x, y, z) = (dx.abs(), dy.abs(), dz.abs());
-        let along_x = x.cmpgt(y) & x.cmpgt(z);
-        let along_y = y.cmpgt(z) & !along_x;
+        let (along_x, along_y) = along(rays.direction);
         let select = |x: Vec4, y: Vec4, z: Vec4| Vec4::select(along_x, x, Vec4::select(along_y, y, z));
         let axes = |axes: [usize; 3]| Vec4::splat(f32::from_bits(rows(axes)));
         let rows = select(axes([1, 2, 0]), axes([2, 0, 1]), axes([0, 1, 2]));
         let origin = [select(oy, oz, ox), select(oz, ox, oy), select(ox, oy, oz), rows];
         let depth = select(dx, dy, dz);
         [origin, [select(dy, dz, dx) / depth, select(dz, dx, dy) / depth, depth, rays.t_max]]
+    }
+
+    #[inline(always)]
+    fn class(directions: [Vec4; 3]) -> [u32; 2] {
+        let (along_x, along_y) = along(directions);
+        [along_x.bitmask(), along_y.bitmask()]
     }
 
     #[inline(always)]
@@ -108,6 +112,14 @@ impl Intersect for Watertight {
         let corners = |axis: u32| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
         cross([origin[0], origin[1], origin[2]], [shear[0], shear[1]], shear[2], [corners(0), corners(1), corners(2)])
     }
+}
+
+/// Which rays move on x mostly, and which on y; the others on z.
+#[inline(always)]
+fn along(directions: [Vec4; 3]) -> (BVec4A, BVec4A) {
+    let [x, y, z] = directions.map(Vec4::abs);
+    let along_x = x.cmpgt(y) & x.cmpgt(z);
+    (along_x, y.cmpgt(z) & !along_x)
 }
 
 /// A corner as seen from the ray.

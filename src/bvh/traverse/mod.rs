@@ -1,8 +1,9 @@
 //! Traversal: batches of rays in, columns of hits out.
 //!
-//! The ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), and many in flight at
-//! once ([`wave`]). Which is faster depends on the tree and on the rays: [`Traversal`]. Each is generic over the format of
-//! the nodes ([`crate::bvh::node::Node`]) and over the triangle test ([`crate::bvh::intersect::Intersect`]).
+//! The ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), many in flight at
+//! once ([`wave`]), and neighbours together ([`packet`]). Which is faster depends on the tree and on the rays:
+//! [`Traversal`]. Each is generic over the format of the nodes ([`crate::bvh::node::Node`]) and over the triangle test
+//! ([`crate::bvh::intersect::Intersect`]).
 
 mod any_hit;
 mod batch;
@@ -93,11 +94,12 @@ impl Traversal {
     }
 }
 
-/// Bytes of a tree from which coherent rays go in flight, too: triangles are then so small that neighbours seldom meet the same.
+/// Bytes of a tree from which coherent rays go in flight, too: so many triangles lie in a pixel then that each ray of a packet
+/// has leaves of its own.
 ///
-/// Camera rays that hit, packets ÷ in flight (AVX-512, AVX2): a Cornell box of 281 KiB 1.52, 0.90; the dragon in it, of 50 MiB,
-/// 0.78, 0.78; the built-in scene, of 66 MiB, 0.83 (`comber bench --only kernels --sets PH`).
-const PACKET_BYTES: usize = 1 << 20;
+/// Camera rays that hit, of a picture of 1024 × 1024, packets ÷ in flight (AVX-512): lucy100k of 6 MiB 1.5, the dragon of 50 MiB
+/// 1.3, coral of 6 million triangles and 324 MiB 1.4, of 16 million and 865 MiB 1.05, 29 million triangles and 1.7 GiB 0.65.
+const PACKET_BYTES: usize = 1 << 29;
 
 /// Nodes from which incoherent rays go in flight: there is then a choice of ways, which a ray alone mispredicts.
 ///

@@ -44,6 +44,11 @@ impl Wide for Avx2 {
     }
 
     #[inline(always)]
+    fn repeat(self, quad: &Words) -> __m256 {
+        unsafe { _mm256_broadcast_ps(&_mm_loadu_ps(quad.as_ptr().cast())) }
+    }
+
+    #[inline(always)]
     fn load(self, from: &[f32; MOST_LANES]) -> __m256 {
         unsafe { _mm256_loadu_ps(from.as_ptr()) }
     }
@@ -151,8 +156,13 @@ impl Wide for Avx2 {
     }
 
     #[inline(always)]
-    fn grid(self, number: u16, scale: __m256, offset: __m256) -> __m256 {
-        unsafe { _mm256_fmsub_ps(_mm256_set1_ps(MAGIC_FLOAT + f32::from(number)), scale, offset) }
+    fn grid_numbers(self, numbers: Vec4) -> Vec4 {
+        numbers + MAGIC_FLOAT
+    }
+
+    #[inline(always)]
+    fn grid(self, number: f32, scale: __m256, offset: __m256) -> __m256 {
+        unsafe { _mm256_fmsub_ps(_mm256_set1_ps(number), scale, offset) }
     }
 
     #[inline(always)]

@@ -46,6 +46,11 @@ impl Wide for Avx512 {
     }
 
     #[inline(always)]
+    fn repeat(self, quad: &Words) -> __m512 {
+        unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(quad.as_ptr().cast())) }
+    }
+
+    #[inline(always)]
     fn load(self, from: &[f32; MOST_LANES]) -> __m512 {
         unsafe { _mm512_loadu_ps(from.as_ptr()) }
     }
@@ -151,8 +156,13 @@ impl Wide for Avx512 {
     }
 
     #[inline(always)]
-    fn grid(self, number: u16, scale: __m512, offset: __m512) -> __m512 {
-        unsafe { _mm512_fmsub_ps(_mm512_set1_ps(MAGIC_FLOAT + f32::from(number)), scale, offset) }
+    fn grid_numbers(self, numbers: Vec4) -> Vec4 {
+        numbers + MAGIC_FLOAT
+    }
+
+    #[inline(always)]
+    fn grid(self, number: f32, scale: __m512, offset: __m512) -> __m512 {
+        unsafe { _mm512_fmsub_ps(_mm512_set1_ps(number), scale, offset) }
     }
 
     #[inline(always)]

@@ -28,6 +28,11 @@ impl Wide for Quad {
     }
 
     #[inline(always)]
+    fn repeat(self, quad: &Words) -> Vec4 {
+        lanes(*quad)
+    }
+
+    #[inline(always)]
     fn load(self, from: &[f32; MOST_LANES]) -> Vec4 {
         Vec4::from_slice(&from[..4])
     }
@@ -118,8 +123,13 @@ impl Wide for Quad {
     }
 
     #[inline(always)]
-    fn grid(self, number: u16, scale: Vec4, offset: Vec4) -> Vec4 {
-        (Vec4::splat(f32::from(number)) - offset) * scale
+    fn grid_numbers(self, numbers: Vec4) -> Vec4 {
+        numbers
+    }
+
+    #[inline(always)]
+    fn grid(self, number: f32, scale: Vec4, offset: Vec4) -> Vec4 {
+        (Vec4::splat(number) - offset) * scale
     }
 
     #[inline(always)]

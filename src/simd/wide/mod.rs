@@ -34,6 +34,8 @@ pub trait Wide: Copy {
 
     /// One quad from each of [`Wide::RAYS`] places.
     fn gather<'a>(self, at: impl FnMut(usize) -> &'a Words) -> Self::Lanes;
+    /// The same quad everywhere.
+    fn repeat(self, quad: &Words) -> Self::Lanes;
     /// The first numbers, as many as there are lanes.
     fn load(self, from: &[f32; MOST_LANES]) -> Self::Lanes;
     /// Gives each quad back, with its number.
@@ -70,8 +72,10 @@ pub trait Wide: Copy {
     /// `(n − origin)·scale` for the four 16-bit numbers `n` in the low half of each quad. Tiers round differently: they err
     /// by less than 0.55·`scale` for origins within ±2¹⁸.
     fn grid_low(self, words: Self::Lanes, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
-    /// The same of one number in all lanes.
-    fn grid(self, number: u16, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
+    /// Numbers of the grid as [`Wide::grid`] takes them.
+    fn grid_numbers(self, numbers: Vec4) -> Vec4;
+    /// The same as [`Wide::grid_low`] of one number in all lanes.
+    fn grid(self, number: f32, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
     /// The same of the high half.
     fn grid_high(self, words: Self::Lanes, scale: Self::Lanes, offset: Self::Lanes) -> Self::Lanes;
     /// `a < b`.

@@ -3,9 +3,8 @@
 use crate::bvh::columns::RayColumns;
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
-use crate::bvh::rays4::Rays4;
+use crate::bvh::rays4::{Rays4, transposed};
 use crate::simd::wide::{Wide, Words};
-use glam::{Mat4, Vec4};
 
 /// Rays set up ahead.
 const AHEAD: usize = 4;
@@ -61,11 +60,4 @@ impl Setup {
     pub fn ray(&self, row: usize) -> &Prepared {
         &self.rays[(row - self.first) % AHEAD]
     }
-}
-
-/// From a vector a word to a quad a ray.
-#[inline(always)]
-fn transposed([a, b, c, d]: [Vec4; 4]) -> [Words; AHEAD] {
-    let rays = Mat4::from_cols(a, b, c, d).transpose();
-    [rays.x_axis, rays.y_axis, rays.z_axis, rays.w_axis].map(|quad| quad.to_array().map(f32::to_bits))
 }
