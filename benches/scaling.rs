@@ -19,6 +19,7 @@ use comber::bench::statistics::Quartiles;
 use comber::bvh::{Accel, BvhStats};
 use comber::error::{Error, Result};
 use comber::film::atomic_file;
+use comber::measure::plot::{COLORS, Marks, Panel, Picture, Series, Theme};
 use comber::measure::{processor, units};
 use comber::options::{AccelOptions, RenderOptions, Simd};
 use comber::plan::Plan;
@@ -27,7 +28,6 @@ use comber::scene::procedural::{self, Spec};
 use comber::scene::stage::{Stage, UpAxis, place};
 use comber::scene::{Scene, SceneOptions};
 use comber::simd::Tier;
-use common::plot::{COLORS, Marks, Panel, Picture, Series};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -274,6 +274,7 @@ fn picture(corals: &[Row], models: &[Row]) -> Result<String> {
         size: [980.0, 600.0],
         title: "Scaling with the number of triangles".into(),
         subtitle,
+        theme: Theme::LIGHT,
         panels: vec![
             panel([80.0, 100.0, 380.0, 230.0], "", "build time (s)", build.into()),
             panel([80.0, 400.0, 380.0, 140.0], "triangles", "bytes a triangle", memory.into()),

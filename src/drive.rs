@@ -1,96 +1,31 @@
 //! Runs a plan: workers, waves, tiles, progress, cancellation. The only file that knows all stages.
 
-use crate::bvh::{Accel, Query, RayColumns};
+mod statistics;
+
+use crate::bvh::{Accel, Query};
 use crate::error::{Error, Result};
 use crate::film::develop::develop;
 use crate::film::picture::Picture;
 use crate::film::{self, tile::Tile};
+use crate::measure::lanes::Lanes;
+pub use crate::observer::{Observer, Unobserved};
+use crate::observer::{Part, Queue, Slice, Work};
 use crate::plan::Plan;
+use crate::sampling::lanes::Lanes as _;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
-use crate::stages::{self, Context, Stage};
+use crate::stages::{self, Context};
 use crate::transport::Transport;
 use crate::wave::Wave;
 use crate::wave::features::Features;
 use crate::wave::span::Span;
+use glam::Vec4;
 use rayon::prelude::*;
-use serde::Serialize;
+use statistics::Totals;
+pub use statistics::{RayCounts, RenderStats, StageCost};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-
-/// Who watches a render, and may stop it. Called from worker threads, between waves.
-pub trait Observer: Sync {
-    /// `done` of at most `total` samples are in the film (adaptive renders may end with fewer).
-    fn samples(&self, done: u64, total: u64);
-    /// `true`: finish the waves under way and return what there is.
-    fn stop(&self) -> bool;
-    /// A queue of rays is about to be traced, all at vertex `depth` (0: from the camera).
-    fn queue(&self, _query: Query, _depth: u32, _rays: RayColumns<'_>) {}
-}
-
-/// Watches nothing, never stops.
-pub struct Unobserved;
-
-impl Observer for Unobserved {
-    fn samples(&self, _done: u64, _total: u64) {}
-    fn stop(&self) -> bool {
-        false
-    }
-}
-
-/// Rays traced, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct RayCounts {
-    /// From the camera.
-    pub camera: u64,
-    /// Continuing a path.
-    pub bounce: u64,
-    /// Towards a light, or over the hemisphere, to estimate direct light.
-    pub shadow: u64,
-}
-
-/// What one stage cost, summed over all workers.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct StageCost {
-    /// The stage's name.
-    pub name: &'static str,
-    /// Batches run.
-    pub calls: u64,
-    /// Rows consumed.
-    pub rows: u64,
-    /// Seconds of worker time.
-    pub seconds: f64,
-}
-
-/// What a render did.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct RenderStats {
-    /// Rays by kind.
-    pub rays: RayCounts,
-    /// Cost by stage, in schedule order.
-    pub stages: Vec<StageCost>,
-    /// Wall time of the render, without loading, building or writing.
-    pub seconds: f64,
-    /// Worker threads.
-    pub threads: usize,
-    /// Rows a wave.
-    pub wave: usize,
-    /// Instruction set used.
-    pub simd: &'static str,
-    /// Samples in the film.
-    pub samples: u64,
-    /// Fewest, mean and most samples of a pixel.
-    pub samples_per_pixel: (u32, f64, u32),
-    /// Pixels that met the adaptive test.
-    pub converged_pixels: u64,
-    /// Pixels rendered.
-    pub pixels: u64,
-    /// Samples that were NaN or infinite and were left out of the film.
-    pub non_finite_samples: u64,
-    /// The first such sample: pixel x, y, sample index.
-    pub first_non_finite: Option<(u32, u32, u32)>,
-}
 
 /// A finished, or stopped, render.
 #[derive(Clone, Debug)]
@@ -115,6 +50,7 @@ const PASS: u32 = 16;
 /// # Errors
 /// A thread pool that the system refuses.
 pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observer: &dyn Observer) -> Result<Outcome> {
+    let start = Instant::now();
     let options = &plan.options;
     let context = Context {
         scene,
@@ -124,18 +60,23 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observ
         features: plan.features,
         seed: options.seed,
         tier: Tier::detect(options.simd)?,
+        counts: observer.counts(),
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build();
     let pool = pool.map_err(|e| Error::Options(format!("cannot start {} threads: {e}", plan.threads)))?;
     let mut tiles = film::tile::tiles(plan.cell, plan.film);
     let shared = Shared { context: &context, plan, observer, waves: Mutex::new(Vec::new()), totals: Mutex::default() };
+    observer.ended(&Slice::plain(Part::Start, start));
     let start = Instant::now();
     let stopped = pool.install(|| passes(&shared, &mut tiles));
     let seconds = start.elapsed().as_secs_f64();
     let totals = shared.totals.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let start = Instant::now();
+    drop(pool);
     let picture = develop(&tiles, plan.cell, (options.width, options.height));
+    observer.ended(&Slice::plain(Part::Develop, start));
     let cost = plan.features.has(Features::COST).then(|| picture.beauty.iter().map(|p| p[0]).collect());
-    Ok(Outcome { picture, cost, stats: statistics(&tiles, plan, totals, seconds), stopped })
+    Ok(Outcome { picture, cost, stats: totals.statistics(&tiles, plan, seconds), stopped })
 }
 
 /// What all workers of a render see.
@@ -146,46 +87,6 @@ struct Shared<'a> {
     /// Waves that no worker is using.
     waves: Mutex<Vec<Wave>>,
     totals: Mutex<Totals>,
-}
-
-/// Rays and times of all workers.
-#[derive(Clone, Copy, Debug, Default)]
-struct Totals {
-    samples: u64,
-    rays: RayCounts,
-    stages: [StageTotals; stages::ALL.len()],
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct StageTotals {
-    calls: u64,
-    rows: u64,
-    seconds: f64,
-}
-
-impl Totals {
-    /// Runs `batch` as stage number `stage` over `rows` rows.
-    fn time<R>(&mut self, stage: usize, rows: usize, batch: impl FnOnce() -> R) -> R {
-        let start = Instant::now();
-        let result = batch();
-        let total = &mut self.stages[stage];
-        total.calls += 1;
-        total.rows += rows as u64;
-        total.seconds += start.elapsed().as_secs_f64();
-        result
-    }
-
-    fn add(&mut self, other: &Totals) {
-        self.samples += other.samples;
-        self.rays.camera += other.rays.camera;
-        self.rays.bounce += other.rays.bounce;
-        self.rays.shadow += other.rays.shadow;
-        for (a, b) in self.stages.iter_mut().zip(&other.stages) {
-            a.calls += b.calls;
-            a.rows += b.rows;
-            a.seconds += b.seconds;
-        }
-    }
 }
 
 /// Passes over the frame until no pixel wants more samples; `true` if stopped before.
@@ -200,8 +101,10 @@ fn passes(shared: &Shared, tiles: &mut [Tile]) -> bool {
         }
         let done = lock(&shared.totals).samples;
         let total = done + active * u64::from(options.samples - first);
+        let start = Instant::now();
         let work = groups(tiles, group_rows(shared.plan, active * u64::from(step)), step);
         work.into_par_iter().for_each(|group| run_group(shared, group, first, step, total));
+        shared.observer.ended(&Slice::plain(Part::Pass, start));
         first += step;
         if shared.observer.stop() {
             return first < options.samples;
@@ -236,6 +139,7 @@ fn groups(mut tiles: &mut [Tile], rows: u64, samples: u32) -> Vec<&mut [Tile]> {
 
 /// Gives every active pixel of `group` the samples `first..first + step`, wave after wave.
 fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: u64) {
+    let start = Instant::now();
     let plan = shared.plan;
     let mut wave = lock(&shared.waves)
         .pop()
@@ -248,10 +152,10 @@ fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: 
             break;
         }
         let batch = next_batch(&mut rest, &mut cut, wave.rows as u32);
-        let mut totals = Totals::default();
-        run_wave(shared, &mut wave, &batch, group, &mut totals);
+        let mut run = Run { observer: shared.observer, totals: Totals::default() };
+        run_wave(shared.context, &mut wave, &batch, group, &mut run);
         let mut all = lock(&shared.totals);
-        all.add(&totals);
+        all.add(&run.totals);
         let done = all.samples;
         drop(all);
         shared.observer.samples(done, total);
@@ -260,6 +164,7 @@ fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: 
         group.iter_mut().for_each(|tile| tile.retire(rule));
     }
     lock(&shared.waves).push(wave);
+    shared.observer.ended(&Slice::plain(Part::Group, start));
 }
 
 fn spans_of(group: &[Tile], width: u32, first: u32, step: u32) -> Vec<Span> {
@@ -288,87 +193,100 @@ fn next_batch(rest: &mut &[Span], cut: &mut Option<Span>, mut rows: u32) -> Vec<
     batch
 }
 
+/// A wave's way through the stages: who watches, and what it has cost.
+struct Run<'a> {
+    observer: &'a dyn Observer,
+    totals: Totals,
+}
+
+impl Run<'_> {
+    /// Runs `batch` as stage number `stage` at vertex `depth`.
+    fn stage(&mut self, stage: usize, depth: u32, batch: impl FnOnce() -> Work) -> Work {
+        let part = Part::Stage { stage, depth };
+        let start = Instant::now();
+        self.observer.began(part);
+        let work = batch();
+        let end = Instant::now();
+        self.totals.stages[stage].add(work.rows, end - start);
+        self.observer.ended(&Slice { part, start, end, work });
+        work
+    }
+}
+
 /// One wave: the six stages, from spans of pixels to samples in the film.
-fn run_wave(shared: &Shared, wave: &mut Wave, spans: &[Span], tiles: &mut [Tile], totals: &mut Totals) {
+fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Tile], run: &mut Run) {
     const GENERATE: usize = 0;
     const TRAVERSE: usize = 1;
     const SHADE: usize = 2;
     const SHADOW: usize = 3;
     const ROULETTE: usize = 4;
     const RETIRE: usize = 5;
-    let (context, observer) = (shared.context, shared.observer);
     let Wave { samples, paths, next, hits, shadows, shadow_hits, scratch, .. } = wave;
-    let asked = spans.iter().map(|s| s.count as usize).sum();
-    let mut live = totals
-        .time(GENERATE, asked, || stages::generate::run(context, spans, stages::generate::Out { samples, paths }));
-    let rows = live;
-    totals.rays.camera += rows as u64;
+    let observer = run.observer;
+    let generated = run.stage(GENERATE, 0, || {
+        let rows = stages::generate::run(context, spans, stages::generate::Out { samples, paths });
+        Work { rows, produced: rows, lanes: Lanes::over(rows, Vec4::WIDTH), ..Work::default() }
+    });
+    let rows = generated.produced;
+    let mut live = rows;
+    run.totals.rays.camera += rows as u64;
     if context.features.has(Features::COST) {
-        totals.time(TRAVERSE, rows, || stages::traverse::count(context, rows, paths, samples, scratch));
+        run.stage(TRAVERSE, 0, || {
+            stages::traverse::count(context, rows, paths, samples, scratch);
+            Work { rows, ..Work::default() }
+        });
         live = 0;
     }
     let mut depth = 0;
     // What the shadow stage asks: hemisphere rays want to know what they hit.
     let asks = if context.features.has(Features::HEMISPHERE) { Query::Closest } else { Query::Any };
     while live > 0 {
-        observer.queue(Query::Closest, depth, paths.rays(live));
-        totals.time(TRAVERSE, live, || stages::traverse::run(context, depth, live, paths, hits));
+        let (rays, slots) = (paths.rays(live), &paths.slot[..live]);
+        observer.queue(&Queue { query: Query::Closest, shadow: false, depth, rays, slots, pixels: &samples.pixel });
+        run.stage(TRAVERSE, depth, || {
+            let counts = stages::traverse::run(context, depth, live, paths, hits);
+            Work { rows: live, produced: live, counts, ..Work::default() }
+        });
         scratch.reset();
-        let shaded = totals.time(SHADE, live, || {
+        let mut shaded = stages::shade::Counts::default();
+        run.stage(SHADE, depth, || {
             let out = stages::shade::Out { samples, shadows, next };
-            stages::shade::run(context, depth, live, stages::shade::In { paths, hits }, out, scratch)
+            shaded = stages::shade::run(context, depth, live, stages::shade::In { paths, hits }, out, scratch);
+            let lanes = Lanes::over(shaded.scattering, Vec4::WIDTH);
+            Work { rows: live, produced: shaded.next, lanes, ..Work::default() }
         });
         if shaded.shadows > 0 {
             scratch.reset();
-            totals.rays.shadow += shaded.shadows as u64;
-            observer.queue(asks, depth, shadows.rays(shaded.shadows));
-            totals.time(SHADOW, shaded.shadows, || {
+            run.totals.rays.shadow += shaded.shadows as u64;
+            let (rays, slots) = (shadows.rays(shaded.shadows), &shadows.slot[..shaded.shadows]);
+            observer.queue(&Queue { query: asks, shadow: true, depth, rays, slots, pixels: &samples.pixel });
+            run.stage(SHADOW, depth, || {
                 let out = stages::shadow::Out { samples, hits: shadow_hits };
-                stages::shadow::run(context, shaded.shadows, shadows, out, scratch);
+                let counts = stages::shadow::run(context, shaded.shadows, shadows, out, scratch);
+                Work { rows: shaded.shadows, counts, ..Work::default() }
             });
         }
         live = 0;
         if shaded.next > 0 {
             scratch.reset();
-            live = totals.time(ROULETTE, shaded.next, || {
-                stages::roulette::run(context, depth, shaded.next, next, paths, scratch)
+            let work = run.stage(ROULETTE, depth, || {
+                let produced = stages::roulette::run(context, depth, shaded.next, next, paths, scratch);
+                Work { rows: shaded.next, produced, ..Work::default() }
             });
+            live = work.produced;
         }
-        totals.rays.bounce += live as u64;
+        run.totals.rays.bounce += live as u64;
         depth += 1;
     }
-    totals.time(RETIRE, rows, || stages::retire::run(spans, samples, tiles));
+    run.stage(RETIRE, 0, || {
+        stages::retire::run(spans, samples, tiles);
+        Work { rows, ..Work::default() }
+    });
     scratch.reset();
-    totals.samples += rows as u64;
+    run.totals.samples += rows as u64;
 }
 
 /// A lock that a panic elsewhere has not made useless: the panic itself ends the render.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn statistics(tiles: &[Tile], plan: &Plan, totals: Totals, seconds: f64) -> RenderStats {
-    let counts = || tiles.iter().flat_map(|t| t.count.iter().copied());
-    let pixels = u64::from(plan.cell.width) * u64::from(plan.cell.height);
-    let held: u64 = counts().map(u64::from).sum();
-    let cost = |(stage, total): (&&Stage, &StageTotals)| StageCost {
-        name: stage.name,
-        calls: total.calls,
-        rows: total.rows,
-        seconds: total.seconds,
-    };
-    RenderStats {
-        rays: totals.rays,
-        stages: stages::ALL.iter().zip(&totals.stages).filter(|(_, t)| t.calls > 0).map(cost).collect(),
-        seconds,
-        threads: plan.threads,
-        wave: plan.wave,
-        simd: plan.simd,
-        samples: totals.samples,
-        samples_per_pixel: (counts().min().unwrap_or(0), held as f64 / pixels as f64, counts().max().unwrap_or(0)),
-        converged_pixels: tiles.iter().map(|t| u64::from(t.converged)).sum(),
-        pixels,
-        non_finite_samples: tiles.iter().map(|t| t.non_finite).sum(),
-        first_non_finite: tiles.iter().find_map(|t| t.first_non_finite),
-    }
 }

@@ -29,8 +29,9 @@
 //! | when a pixel is done | [`film::convergence`] |
 //! | what the machine could do at most | [`profile::ceilings`] |
 //! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
+//! | where the time goes | [`observer`], [`profile`] |
 //!
-//! `unsafe` has two homes: [`simd`], and [`peer::embree`], which calls a C library where the user asks for that.
+//! `unsafe` has three homes: [`simd`], [`system`], and [`peer::embree`], which calls a C library where the user asks for that.
 //!
 //! ```
 //! use comber::{bvh::Accel, drive, options::RenderOptions, plan::Plan, scene};
@@ -61,6 +62,7 @@ pub mod import;
 pub mod light;
 pub mod material;
 pub mod measure;
+pub mod observer;
 pub mod options;
 pub mod peer;
 pub mod plan;

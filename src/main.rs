@@ -1,7 +1,7 @@
 //! The `comber` command.
 
 use comber::cli::args::Command;
-use comber::cli::{self, bench, bvh, cache, exit, info, mesh, render};
+use comber::cli::{self, bench, bvh, cache, exit, info, mesh, profile, render};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -12,6 +12,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Bvh(args) => bvh::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Profile(args) => profile::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Cache(args) => cache::run(args),
     })

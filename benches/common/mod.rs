@@ -2,7 +2,6 @@
 #![allow(dead_code)] // Each bench uses its own part.
 
 pub mod pipeline;
-pub mod plot;
 
 use comber::bvh::Accel;
 use comber::error::Result;

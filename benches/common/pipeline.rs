@@ -33,6 +33,7 @@ impl<'a> Pipeline<'a> {
             features: plan.features,
             seed: options.seed,
             tier,
+            counts: false,
         };
         let cell = Cell { x: 0, y: 0, width: options.width, height: options.height };
         let tiles = tiles(cell, FilmLayout::default());

@@ -42,7 +42,7 @@ pub struct RenderReport {
 impl RenderReport {
     /// All rays of a render.
     pub fn all_rays(&self) -> u64 {
-        self.rays.camera + self.rays.bounce + self.rays.shadow
+        self.rays.all()
     }
 
     /// Rays or paths a second by waves, if a render has `count` of them.
@@ -75,11 +75,10 @@ impl Subject<'_> {
         let (picture, rays) = self.by_waves()?;
         step();
         let (expected, expected_rays) = self.depth_first()?;
-        let bits = |p: &Picture| p.beauty.iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
-        if bits(&picture) != bits(&expected) || rays != expected_rays {
+        if !picture.same_bits(&expected) || rays != expected_rays {
             return Err(Error::Scene("waves and the depth-first reference render different pictures".into()));
         }
-        let count = rays.camera + rays.bounce + rays.shadow;
+        let count = rays.all();
         let mut failure = None;
         let options = self.options;
         let threads = options.threads.map_or_else(processor::count, |threads| threads as usize);

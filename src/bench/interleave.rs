@@ -121,6 +121,11 @@ impl Turns {
         Summary::of(self.samples[contestant].iter().map(|s| (s.rate, s.is_disturbed(self.best))))
     }
 
+    /// Whether each sample of one contestant was disturbed.
+    pub fn disturbed(&self, contestant: usize) -> Vec<bool> {
+        self.samples[contestant].iter().map(|s| s.is_disturbed(self.best)).collect()
+    }
+
     /// The rate of `a` over that of `b`, round by round. A round is disturbed if either sample was.
     pub fn ratio(&self, a: usize, b: usize) -> Summary {
         let pairs = self.samples[a].iter().zip(&self.samples[b]);

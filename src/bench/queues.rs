@@ -2,9 +2,10 @@
 //! that ask for any, batch by batch as the stages trace them.
 
 use super::rays::{Batch, RaySet, Rays};
-use crate::bvh::{Accel, Query, RayColumns};
-use crate::drive::{self, Observer};
+use crate::bvh::{Accel, Query};
+use crate::drive;
 use crate::error::Result;
+use crate::observer::{self, Observer};
 use crate::options::RenderOptions;
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -58,13 +59,8 @@ struct Queue {
 }
 
 impl Observer for Recorder {
-    fn samples(&self, _done: u64, _total: u64) {}
-
-    fn stop(&self) -> bool {
-        false
-    }
-
-    fn queue(&self, query: Query, depth: u32, rays: RayColumns<'_>) {
+    fn queue(&self, queue: &observer::Queue<'_>) {
+        let observer::Queue { query, depth, rays, .. } = *queue;
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if query == Query::Closest && depth == 0 {
             state.waves += 1;

@@ -68,6 +68,17 @@ pub enum Verdict {
 
 const FORMAT: u32 = 1;
 
+impl Verdict {
+    /// For reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Tie => "tie",
+            Verdict::Faster => "faster",
+            Verdict::Slower => "slower",
+        }
+    }
+}
+
 impl Record {
     /// Nothing yet, of this program on this machine.
     pub fn new() -> Record {
@@ -94,7 +105,9 @@ impl Record {
     /// # Errors
     /// The system's.
     pub fn write(&self, path: &Path) -> Result<()> {
-        if let Some(folder) = path.parent().filter(|folder| home().as_deref() == Some(folder)) {
+        if let Some(folder) =
+            path.parent().filter(|folder| folder.parent().is_some_and(|parent| home().as_deref() == Some(parent)))
+        {
             std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "make", e))?;
         }
         atomic_file::write(path, |out| {
@@ -111,7 +124,7 @@ impl Record {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, "read", e))?;
         let record: Record = serde_json::from_str(&text).map_err(|e| {
             let at = At::LineColumn(e.line() as u64, e.column() as u64);
-            Error::expected(path, at, e.to_string(), "a record that `comber bench --save` wrote")
+            Error::expected(path, at, e.to_string(), "a record that `--save` wrote")
         })?;
         match record.format {
             FORMAT => Ok(record),
@@ -141,12 +154,12 @@ impl Default for Record {
     }
 }
 
-/// The file of the record of that name: in the user's data folder (`~/.local/share/comber/bench` on Linux), unless the name ends in
-/// `.json`, which makes it a path.
+/// The file of the record of that name, kept by `command`: in the user's data folder (`~/.local/share/comber/bench` on Linux, if that is
+/// the command), unless the name ends in `.json`, which makes it a path.
 ///
 /// # Errors
 /// A name that is neither, or no data folder.
-pub fn path(name: &str) -> Result<PathBuf> {
+pub fn path(command: &str, name: &str) -> Result<PathBuf> {
     if name.ends_with(".json") {
         return Ok(name.into());
     }
@@ -156,16 +169,16 @@ pub fn path(name: &str) -> Result<PathBuf> {
             "'{name}' cannot name a record: use letters, digits, '_', '-' and '.', or a path that ends in .json"
         )));
     }
-    let folder = home().ok_or_else(|| {
+    let folder = home().map(|home| home.join(command)).ok_or_else(|| {
         Error::Options(format!("there is no data folder to keep '{name}' in: give a path that ends in .json"))
     })?;
     Ok(folder.join(format!("{name}.json")))
 }
 
-/// Where records are kept.
+/// Where records are kept, in a folder a command.
 fn home() -> Option<PathBuf> {
     use etcetera::BaseStrategy as _;
-    Some(etcetera::base_strategy::choose_native_strategy().ok()?.data_dir().join("comber").join("bench"))
+    Some(etcetera::base_strategy::choose_native_strategy().ok()?.data_dir().join("comber"))
 }
 
 #[cfg(test)]
@@ -211,8 +224,8 @@ mod tests {
     #[test]
     fn names_stay_in_their_folder() {
         for name in ["", "..", "a/b", ".hidden", "a b", "../x"] {
-            assert!(path(name).is_err(), "{name}");
+            assert!(path("bench", name).is_err(), "{name}");
         }
-        assert_eq!(path("some/where.json").unwrap(), Path::new("some/where.json"));
+        assert_eq!(path("bench", "some/where.json").unwrap(), Path::new("some/where.json"));
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::aabb::Aabb;
 use super::brute::Brute;
 use super::bvh4::Bvh4;
-use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
+use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
 use super::traverse::{Stack, Traversal};
@@ -44,6 +44,14 @@ impl Accel {
         match self {
             Accel::Bvh(bvh) => Some(bvh.node_format()),
             Accel::Brute(..) => None,
+        }
+    }
+
+    /// Bytes of a node, and of a block of triangles; 0 for the oracle, which has neither.
+    pub fn row_bytes(&self) -> [usize; 2] {
+        match self {
+            Accel::Bvh(bvh) => bvh.row_bytes(),
+            Accel::Brute(..) => [0; 2],
         }
     }
 
@@ -216,15 +224,24 @@ impl SingleRay<'_> {
         }
     }
 
-    /// Nodes that the closest hit takes to find; for the oracle, primitives.
-    pub fn cost(&mut self, ray: &Ray) -> u64 {
+    /// What the ray visits on the way to its answer; of the oracle, the primitives it tests.
+    pub fn visits(&mut self, query: Query, ray: &Ray) -> TraversalCounts {
         match self.accel {
-            Accel::Bvh(bvh) => bvh.node_visits(ray, &mut self.stack),
+            Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack),
             Accel::Brute(brute, _) => {
-                let mut counts = TraversalCounts::default();
-                brute.closest_hit(ray, &mut counts);
-                counts.primitive_tests
+                let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
+                match query {
+                    Query::Closest => drop(brute.closest_hit(ray, &mut counts)),
+                    Query::Any => drop(brute.any_hit(ray, &mut counts)),
+                }
+                counts
             }
         }
+    }
+
+    /// Nodes that the closest hit takes to find; for the oracle, primitives.
+    pub fn cost(&mut self, ray: &Ray) -> u64 {
+        let counts = self.visits(Query::Closest, ray);
+        if matches!(self.accel, Accel::Bvh(_)) { counts.node_visits } else { counts.primitive_tests }
     }
 }

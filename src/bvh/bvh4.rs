@@ -70,6 +70,15 @@ impl Bvh4 {
         }
     }
 
+    /// Bytes of a node, and of a block of triangles.
+    pub fn row_bytes(&self) -> [usize; 2] {
+        let node = match &self.nodes {
+            Nodes::Full(_) => size_of::<Node4>(),
+            Nodes::Grid(..) => size_of::<GridNode4>(),
+        };
+        [node, size_of::<Tri4>()]
+    }
+
     /// Memory of nodes and blocks.
     pub fn bytes(&self) -> usize {
         self.nodes.bytes() + size_of_val(&self.triangles[..]) + size_of_val(&self.spheres[..])

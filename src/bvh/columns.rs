@@ -5,6 +5,7 @@ use serde::Serialize;
 use std::ops::Range;
 
 use super::ray::{Hit, Ray};
+use crate::measure::lanes::Lanes;
 
 /// What is asked of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -147,6 +148,10 @@ pub struct TraversalCounts {
     pub leaf_visits: u64,
     /// Primitives tested: the lanes in use in those blocks.
     pub primitive_tests: u64,
+    /// Vectors of box tests.
+    pub box_lanes: Lanes,
+    /// Vectors of primitive tests.
+    pub primitive_lanes: Lanes,
 }
 
 impl std::ops::AddAssign for TraversalCounts {
@@ -155,5 +160,7 @@ impl std::ops::AddAssign for TraversalCounts {
         self.node_visits += other.node_visits;
         self.leaf_visits += other.leaf_visits;
         self.primitive_tests += other.primitive_tests;
+        self.box_lanes += other.box_lanes;
+        self.primitive_lanes += other.primitive_lanes;
     }
 }

@@ -1,6 +1,7 @@
 //! Arguments as typed. What they mean together is decided in [`super::resolve`].
 
 use super::bench::args::BenchArgs;
+use super::profile::args::ProfileArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
     Accel, Confidence, Direct, Integrator, Intersection, NodeFormat, Normals, Quality, Roulette, Simd,
@@ -38,6 +39,8 @@ pub enum Command {
     Bvh(BvhArgs),
     /// Measure rays per second, beside Embree if asked, with agreement checked.
     Bench(BenchArgs),
+    /// Say where the time of a render goes: by stage and bounce, by pixel, beside the machine's ceilings.
+    Profile(ProfileArgs),
     /// Write a mesh as PLY, as it is or split into smaller triangles.
     Mesh(MeshArgs),
     /// List or remove the trees that are kept on disk.

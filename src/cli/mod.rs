@@ -11,6 +11,7 @@ pub mod info;
 pub mod interrupt;
 pub mod load;
 pub mod mesh;
+pub mod profile;
 pub mod provenance;
 pub mod render;
 pub mod report;

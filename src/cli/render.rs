@@ -65,7 +65,7 @@ pub fn run(args: RenderArgs, started: Instant) -> anyhow::Result<Done> {
 }
 
 /// Refuses a render that there is no memory for, rather than to be killed in the middle of it.
-fn check_memory(plan: &Plan, limit: Option<u64>) -> Result<()> {
+pub fn check_memory(plan: &Plan, limit: Option<u64>) -> Result<()> {
     let needed = plan.memory.to_come();
     match (Budget { limit }).refusal(needed) {
         Some(why) => Err(Error::Options(format!(
@@ -118,7 +118,7 @@ impl Observer for Watch<'_> {
 }
 
 /// Writes all files.
-fn write(outcome: &Outcome, outputs: &Outputs) -> Result<()> {
+pub fn write(outcome: &Outcome, outputs: &Outputs) -> Result<()> {
     let picture = &outcome.picture;
     for path in &outputs.pictures {
         match &outcome.cost {

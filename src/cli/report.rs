@@ -38,7 +38,7 @@ impl RenderReport<'_> {
     pub fn text(&self) -> String {
         let (loaded, stats) = (self.loaded, &self.outcome.stats);
         let rays = stats.rays;
-        let all_rays = rays.camera + rays.bounce + rays.shadow;
+        let all_rays = rays.all();
         let rate = |workers: usize| {
             units::rate(all_rays as f64 / workers.max(1) as f64, Duration::from_secs_f64(stats.seconds), "ray")
         };

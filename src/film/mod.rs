@@ -6,6 +6,7 @@ pub mod develop;
 pub mod exr_output;
 mod font;
 pub mod heatmap;
+pub mod layers;
 pub mod output;
 pub mod picture;
 pub mod png_output;

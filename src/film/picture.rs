@@ -30,3 +30,11 @@ pub struct Picture {
     /// Provenance: scene, options, seed, version, time; written as one JSON string attribute named `comber`.
     pub provenance: Value,
 }
+
+impl Picture {
+    /// Whether the beauty layers are the same to the bit.
+    pub fn same_bits(&self, other: &Picture) -> bool {
+        let bits = |picture: &Picture| picture.beauty.iter().flatten().map(|c| c.to_bits()).collect::<Vec<_>>();
+        (self.width, self.height) == (other.width, other.height) && bits(self) == bits(other)
+    }
+}

@@ -1,6 +1,8 @@
 //! Counters and timers.
 
+pub mod lanes;
 pub mod memory;
+pub mod plot;
 pub mod processor;
 pub mod progress;
 pub mod units;

@@ -39,6 +39,8 @@ pub struct Context<'a> {
     pub seed: u32,
     /// Instruction set.
     pub tier: Tier,
+    /// Whether traversal counts what it visits.
+    pub counts: bool,
 }
 
 /// A stage, as data: what the plan checks and `comber info` prints.
@@ -100,6 +102,7 @@ pub(crate) mod tests {
                     features: plan.features,
                     seed: 9,
                     tier,
+                    counts: false,
                 }
             };
             let directs = [Direct::Mis, Direct::Hemisphere].into_iter();

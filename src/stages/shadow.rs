@@ -11,6 +11,7 @@
 //! Light sampling asks for any hit before the light. Hemisphere sampling asks for the closest hit and whether it emits.
 
 use super::{Context, Stage};
+use crate::bvh::{Accel, TraversalCounts};
 use crate::sampling::lanes::V3;
 use crate::transport::emission;
 use crate::wave::features::Features;
@@ -47,18 +48,19 @@ pub struct Out<'a> {
 }
 
 /// Settles the first `n` shadow rays.
-pub fn run(context: &Context, n: usize, shadows: &Shadows, out: Out, scratch: &Bump) {
+pub fn run(context: &Context, n: usize, shadows: &Shadows, out: Out, scratch: &Bump) -> TraversalCounts {
     if context.features.has(Features::HEMISPHERE) {
-        probe(context, n, shadows, out);
+        probe(context, n, shadows, out)
     } else {
-        occlude(context, n, shadows, out.samples, scratch);
+        occlude(context, n, shadows, out.samples, scratch)
     }
 }
 
 /// Any hit before `t_max`: the light does not arrive.
-fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples, scratch: &Bump) {
+fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples, scratch: &Bump) -> TraversalCounts {
     let occluded = scratch.alloc_slice_fill_copy(n, false);
-    context.accel.any_hits(context.accel.suited(false), context.tier, shadows.rays(n), occluded);
+    let trace = if context.counts { Accel::any_hits_counted } else { Accel::any_hits };
+    let counts = trace(context.accel, context.accel.suited(false), context.tier, shadows.rays(n), occluded);
     for (row, &occluded) in occluded.iter().enumerate() {
         if !occluded {
             let slot = shadows.slot[row] as usize;
@@ -67,12 +69,15 @@ fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples
             samples.b[slot] += shadows.direct_b[row];
         }
     }
+    counts
 }
 
 /// Closest hit: whatever it emits arrives.
-fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) {
+fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalCounts {
     let Out { samples, hits } = out;
-    context.accel.closest_hits(context.accel.suited(false), context.tier, shadows.rays(n), hits.columns_mut(n));
+    let way = context.accel.suited(false);
+    let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
+    let counts = trace(context.accel, way, context.tier, shadows.rays(n), hits.columns_mut(n));
     for row in 0..n {
         let origin = V3::new(shadows.ox[row], shadows.oy[row], shadows.oz[row]);
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);
@@ -83,6 +88,7 @@ fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) {
             samples.b[slot] += shadows.direct_b[row] * light.radiance.z;
         }
     }
+    counts
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 //! | cost | 24 bytes read, 20 written a row; nodes and leaves besides |
 
 use super::{Context, Stage};
-use crate::bvh::TraversalCounts;
+use crate::bvh::{Accel, TraversalCounts};
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
@@ -32,7 +32,8 @@ pub const STAGE: Stage = Stage {
 /// Traces the first `n` paths, all at vertex `depth`. Rows keep the order of their pixels, so camera rays are coherent.
 pub fn run(context: &Context, depth: u32, n: usize, paths: &Paths, hits: &mut Hits) -> TraversalCounts {
     let way = context.accel.suited(depth == 0);
-    context.accel.closest_hits(way, context.tier, paths.rays(n), hits.columns_mut(n))
+    let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
+    trace(context.accel, way, context.tier, paths.rays(n), hits.columns_mut(n))
 }
 
 /// Counts the nodes that the first `n` camera rays visit, and makes the counts their samples' radiance.

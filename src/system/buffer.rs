@@ -15,7 +15,7 @@ use super::{MappedFile, Pages};
 /// A huge page of x86-64, and of AArch64 with pages of 4 KiB.
 const HUGE_PAGE: usize = 2 << 20;
 /// Buffers from this size on are laid on huge pages; on average half of one page is left unused.
-const HUGE_FROM: usize = 2 * HUGE_PAGE;
+pub const HUGE_FROM: usize = 2 * HUGE_PAGE;
 
 /// A slice of plain values: of a fixed length, on a 64-byte boundary, and on huge pages if it is large.
 ///

@@ -5,6 +5,6 @@ mod buffer;
 mod mapped;
 mod pages;
 
-pub use buffer::Buffer;
+pub use buffer::{Buffer, HUGE_FROM};
 pub use mapped::MappedFile;
 pub use pages::{Pages, share_on_huge_pages};

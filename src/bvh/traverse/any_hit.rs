@@ -1,6 +1,6 @@
 //! Whether one ray hits anything: the plain kernel.
 
-use super::leaf::{count_block, hits_spheres, hits_triangles};
+use super::leaf::{count_block, count_node, count_vectors, hits_spheres, hits_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use super::{Tree, child_of};
@@ -30,7 +30,8 @@ pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
         if !child.is_leaf() {
             let node = &tree.nodes[child.node()];
             if COUNT {
-                counts.node_visits += 1;
+                count_node(counts, node);
+                count_vectors(&mut counts.box_lanes, 1, 1);
             }
             let met = slabs.enter(node, t_max).1.bitmask();
             if met != 0 {
@@ -46,7 +47,8 @@ pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
         } else if SPHERES && child.is_spheres() {
             for block in &tree.spheres[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, 1);
+                    count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 if hits_spheres(ray, block, t_max) {
                     return true;
@@ -55,7 +57,8 @@ pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, 1);
+                    count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 if hits_triangles::<I>(&prepared, block, ray.t_min.max(0.0), t_max) {
                     return true;

@@ -3,7 +3,7 @@
 
 use glam::Vec4;
 
-use super::leaf::{count_block, test_spheres, test_triangles};
+use super::leaf::{count_block, count_node, count_vectors, test_spheres, test_triangles};
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use super::{Tree, child_of};
@@ -34,7 +34,8 @@ pub fn closest_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool
         if !child.is_leaf() {
             let node = &tree.nodes[child.node()];
             if COUNT {
-                counts.node_visits += 1;
+                count_node(counts, node);
+                count_vectors(&mut counts.box_lanes, 1, 1);
             }
             let (entry, met) = slabs.enter(node, closest.t_max());
             let met = met.bitmask();
@@ -45,14 +46,16 @@ pub fn closest_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool
         } else if SPHERES && child.is_spheres() {
             for block in &tree.spheres[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, 1);
+                    count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 test_spheres(ray, block, &mut closest);
             }
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, 1);
+                    count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 test_triangles::<I>(&mut prepared, block, &mut closest);
             }

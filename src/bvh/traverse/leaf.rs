@@ -1,12 +1,15 @@
 //! The blocks of a leaf against one ray.
 
+use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
 use crate::bvh::intersect::{Crossing, Intersect};
+use crate::bvh::node::Node;
 use crate::bvh::ray::{Hit, MISS, Ray};
 use crate::bvh::sphere;
 use crate::bvh::sphere4::Sphere4;
 use crate::bvh::tri4::Tri4;
+use crate::measure::lanes::Lanes;
 use crate::simd::wide::{Quad, Wide, Words};
 
 /// Calls `hit` with the lanes of a block of triangles that the ray crosses, until it answers true, and tells whether it did.
@@ -57,9 +60,24 @@ pub fn hits_spheres(ray: &Ray, block: &Sphere4, t_max: f32) -> bool {
     (0..4).any(|lane| block.prim[lane] != MISS && hits(lane))
 }
 
-/// Counts one leaf block.
-#[inline(always)]
-pub fn count_block(counts: &mut TraversalCounts, prims: &[u32; 4]) {
+/// Counts a node of which the children are tested.
+pub fn count_node<N: Node>(counts: &mut TraversalCounts, node: &N) {
+    counts.node_visits += 1;
+    counts.box_lanes.active +=
+        node.children().iter().filter(|&&child| Child::from_bits(child) != Child::EMPTY).count() as u64;
+}
+
+/// Counts a leaf block of which the primitives are tested, each against `rays` rays that visit it together.
+pub fn count_block(counts: &mut TraversalCounts, prims: &[u32; 4], rays: u32) {
+    let tests = u64::from(rays) * prims.iter().filter(|&&prim| prim != MISS).count() as u64;
     counts.leaf_visits += 1;
-    counts.primitive_tests += prims.iter().filter(|&&prim| prim != MISS).count() as u64;
+    counts.primitive_tests += tests;
+    counts.primitive_lanes.active += tests;
+}
+
+/// Counts the vectors that `quads` nodes or blocks take, so many to a vector.
+pub fn count_vectors(lanes: &mut Lanes, quads: usize, to_a_vector: usize) {
+    let vectors = quads.div_ceil(to_a_vector) as u64;
+    lanes.reached += vectors;
+    lanes.total += vectors * 4 * to_a_vector as u64;
 }

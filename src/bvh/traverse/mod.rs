@@ -19,7 +19,7 @@ use super::Bvh4;
 use super::aabb::Aabb;
 use super::bvh4::Nodes;
 use super::child::Child;
-use super::columns::{HitColumnsMut, RayColumns, TraversalCounts};
+use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 use super::intersect::Intersect;
 use super::moller_trumbore::MollerTrumbore;
 use super::node::Node;
@@ -30,7 +30,7 @@ use super::watertight::Watertight;
 use crate::options::Intersection;
 use crate::simd::Tier;
 use batch::{Batch, Results};
-use single::{NodeVisits, OneRay};
+use single::{OneRay, Visits};
 pub use stack::Stack;
 
 /// A tree as kernels see it.
@@ -120,22 +120,20 @@ impl Bvh4 {
         }
     }
 
-    /// Runs `kernel` on the tree as it is.
+    /// Runs `kernel` on the tree as it is. There is no fast test on a grid, whose trees would have to be full: a quarter fewer kernels to
+    /// compile.
     #[inline(always)]
     pub fn with_tree<K: TreeKernel>(&self, kernel: K) -> K::Output {
-        match &self.nodes {
-            Nodes::Full(nodes) => self.with_nodes(kernel, nodes, ()),
-            Nodes::Grid(nodes, grid) => self.with_nodes(kernel, nodes, *grid),
+        match (&self.nodes, self.intersection) {
+            (Nodes::Grid(nodes, grid), _) => kernel.run::<_, Watertight>(self.tree(nodes, *grid)),
+            (Nodes::Full(nodes), Intersection::Watertight) => kernel.run::<_, Watertight>(self.tree(nodes, ())),
+            (Nodes::Full(nodes), Intersection::Fast) => kernel.run::<_, MollerTrumbore>(self.tree(nodes, ())),
         }
     }
 
     #[inline(always)]
-    fn with_nodes<N: Node, K: TreeKernel>(&self, kernel: K, nodes: &[N], frame: N::Frame) -> K::Output {
-        let tree = Tree { nodes, frame, triangles: &self.triangles, spheres: &self.spheres };
-        match self.intersection {
-            Intersection::Watertight => kernel.run::<N, Watertight>(tree),
-            Intersection::Fast => kernel.run::<N, MollerTrumbore>(tree),
-        }
+    fn tree<'a, N: Node>(&'a self, nodes: &'a [N], frame: N::Frame) -> Tree<'a, N> {
+        Tree { nodes, frame, triangles: &self.triangles, spheres: &self.spheres }
     }
 
     /// The closest hit of each ray. Counts rays, and what was visited if `count`.
@@ -174,8 +172,11 @@ impl Bvh4 {
         self.with_tree(OneRay::<true> { ray, stack }).is_some()
     }
 
-    /// Nodes that the closest-hit traversal of one ray visits.
-    pub fn node_visits(&self, ray: &Ray, stack: &mut Stack) -> u64 {
-        self.with_tree(NodeVisits { ray, stack })
+    /// What one ray visits on the way to its answer.
+    pub fn visits(&self, query: Query, ray: &Ray, stack: &mut Stack) -> TraversalCounts {
+        match query {
+            Query::Closest => self.with_tree(Visits::<false> { ray, stack }),
+            Query::Any => self.with_tree(Visits::<true> { ray, stack }),
+        }
     }
 }

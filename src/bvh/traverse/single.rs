@@ -63,18 +63,18 @@ impl<const ANY: bool> TreeKernel for OneRay<'_, ANY> {
     }
 }
 
-/// Nodes that the closest hit of a ray takes to find.
-pub struct NodeVisits<'a> {
+/// What one ray visits on the way to its answer.
+pub struct Visits<'a, const ANY: bool> {
     pub ray: &'a Ray,
     pub stack: &'a mut Stack,
 }
 
-impl TreeKernel for NodeVisits<'_> {
-    type Output = u64;
+impl<const ANY: bool> TreeKernel for Visits<'_, ANY> {
+    type Output = TraversalCounts;
 
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> u64 {
-        let mut counts = TraversalCounts::default();
-        trace_one::<N, I, false, true, true>(&tree, self.ray, self.stack, &mut counts);
-        counts.node_visits
+    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> TraversalCounts {
+        let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
+        trace_one::<N, I, ANY, true, true>(&tree, self.ray, self.stack, &mut counts);
+        counts
     }
 }

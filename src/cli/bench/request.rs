@@ -144,8 +144,8 @@ impl BenchRequest {
             },
             once: args.effort.once.map(|set| (set, args.effort.passes)),
             peer,
-            save: args.effort.save.as_deref().map(record::path).transpose()?,
-            against: args.effort.against.as_deref().map(record::path).transpose()?,
+            save: args.effort.save.as_deref().map(|name| record::path("bench", name)).transpose()?,
+            against: args.effort.against.as_deref().map(|name| record::path("bench", name)).transpose()?,
             report: args.report,
             notes,
         })

@@ -3,7 +3,7 @@
 use super::subject::SceneReport;
 use crate::bench::end_to_end::RenderReport;
 use crate::bench::interleave::Summary;
-use crate::bench::record::{Change, Record, Verdict};
+use crate::bench::record::{Change, Record};
 use crate::bench::set_report::{ContestantReport, SetReport};
 use crate::cli::report::{self, table};
 use crate::measure::{processor, units};
@@ -178,11 +178,6 @@ pub fn changes(changes: &[Change], earlier: &Record) -> String {
         return text + "nothing to compare: the earlier figures are of other scenes, sets, threads or kernels\n";
     }
     let row = |change: &Change| {
-        let verdict = match change.verdict {
-            Verdict::Tie => "tie",
-            Verdict::Faster => "faster",
-            Verdict::Slower => "slower",
-        };
         let million = |rate: f64| format!("{:.2}", rate * 1e-6);
         [
             change.now.scene.clone(),
@@ -192,7 +187,7 @@ pub fn changes(changes: &[Change], earlier: &Record) -> String {
             million(change.now.rate.median),
             million(change.then.median),
             format!("{:.3}", change.ratio),
-            verdict.into(),
+            change.verdict.name().into(),
         ]
     };
     text + &table(["scene", "set", "threads", "who", "Mray/s", "before", "ratio", ""], 4, changes.iter().map(row))

@@ -73,13 +73,15 @@ pub struct Out<'a> {
     pub next: &'a mut Paths,
 }
 
-/// Rows produced.
+/// Rows produced, and rows that went through the blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Shadow rays.
     pub shadows: usize,
     /// Next paths.
     pub next: usize,
+    /// Rows that were shaded in blocks, because their surface scatters.
+    pub scattering: usize,
 }
 
 /// Shades the first `n` rows, all at vertex `depth`.
@@ -116,6 +118,7 @@ impl Kernel for Shade<'_, '_> {
         if !(direct || continues) {
             return counts;
         }
+        counts.scattering = scattering;
         let (block, rays) = (scratch.alloc(Block::default()), scratch.alloc(Outgoing::default()));
         for rows in queue[..scattering].chunks(block::ROWS) {
             block.gather(context, rows, &input, out.samples);

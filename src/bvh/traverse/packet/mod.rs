@@ -36,7 +36,7 @@ mod rays;
 mod stack;
 
 use super::Tree;
-use super::leaf::count_block;
+use super::leaf::{count_block, count_vectors};
 use super::single::trace_one;
 use super::stack::Stack;
 use crate::bvh::child::Child;
@@ -44,6 +44,7 @@ use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
 use crate::bvh::ray::Hit;
+use crate::measure::lanes::Lanes;
 use crate::simd::wide::Wide;
 use crate::simd::{Address, prefetch_line};
 use bins::Bins;
@@ -113,6 +114,13 @@ fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
     trace_one::<N, I, ANY, true, COUNT>(tree, &rays.ray(row), &mut Stack::new(), counts)
 }
 
+/// Counts the vectors, of a ray a lane, in which any ray of `mask` stands.
+fn count_rays<W: Wide>(lanes: &mut Lanes, mask: u64) {
+    let width = 4 * W::RAYS;
+    let vectors = (0..RAYS).step_by(width).filter(|first| mask >> first & ((1 << width) - 1) != 0).count() as u64;
+    *lanes += Lanes { reached: vectors, active: mask.count_ones().into(), total: vectors * width as u64 };
+}
+
 impl Packet {
     /// Visits one child, and finds the next. Nearest child first.
     #[inline(always)]
@@ -128,19 +136,22 @@ impl Packet {
         if !child.is_leaf() {
             if COUNT {
                 counts.node_visits += 1;
+                count_rays::<W>(&mut counts.box_lanes, mask);
             }
             fresh = self.visit_node(wide, &tree.nodes[child.node()], mask);
         } else if SPHERES && child.is_spheres() {
             for block in &tree.spheres[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, mask.count_ones());
+                    count_vectors(&mut counts.primitive_lanes, mask.count_ones() as usize, 1);
                 }
                 self.visit_spheres::<ANY>(block, rays, mask);
             }
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim);
+                    count_block(counts, &block.prim, mask.count_ones());
+                    count_vectors(&mut counts.primitive_lanes, mask.count_ones() as usize, W::RAYS);
                 }
                 self.visit_block::<W, I, ANY>(wide, block, mask);
             }

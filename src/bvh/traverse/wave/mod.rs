@@ -34,7 +34,7 @@ mod setup;
 mod slot;
 mod spheres;
 
-use super::leaf::count_block;
+use super::leaf::{count_block, count_node, count_vectors};
 use super::single::trace_one;
 use super::{Stack, Tree};
 use crate::bvh::child::Child;
@@ -98,7 +98,8 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
         // Nodes, until half of the rays wait for something else.
         loop {
             if COUNT {
-                counts.node_visits += at_nodes as u64;
+                (0..at_nodes).for_each(|step| count_node(&mut counts, &tree.nodes[nodes.child(step).node()]));
+                count_vectors(&mut counts.box_lanes, at_nodes, W::RAYS);
             }
             nodes::visit::<W, N, ANY>(wide, tree, &mut nodes, at_nodes, &mut slots);
             at_nodes = nodes.part(wide, at_nodes, &mut leaves, &mut at_leaves);
@@ -128,11 +129,14 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             finish(slot.row as usize, slot.hit());
         }
         if COUNT {
+            count_vectors(&mut counts.primitive_lanes, at_blocks, W::RAYS);
+            // Spheres are tested one by one, a block's four at most.
+            count_vectors(&mut counts.primitive_lanes, at_spheres, 1);
             for step in 0..at_blocks {
-                count_block(&mut counts, &tree.triangles[blocks.child(step).first_block()].prim);
+                count_block(&mut counts, &tree.triangles[blocks.child(step).first_block()].prim, 1);
             }
             for step in 0..at_spheres {
-                count_block(&mut counts, &tree.spheres[spheres.child(step).first_block()].prim);
+                count_block(&mut counts, &tree.spheres[spheres.child(step).first_block()].prim, 1);
             }
         }
         let found = leaves::visit::<W, I>(wide, tree.triangles, &mut blocks, at_blocks, &mut slots, &mut candidates);

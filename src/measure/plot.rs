@@ -1,6 +1,6 @@
 //! Pictures of measurements: panels of series on logarithmic axes, as SVG.
 //!
-//! All lengths are pixels from the top left. The background is drawn, so that pictures read the same on light and dark pages.
+//! All lengths are pixels from the top left.
 
 use std::fmt::Write;
 
@@ -8,10 +8,35 @@ use std::fmt::Write;
 pub struct Picture {
     /// Width and height.
     pub size: [f64; 2],
+    /// What it shows.
     pub title: String,
     /// A line under the title: what was measured, and where.
     pub subtitle: String,
+    /// What stands where.
     pub panels: Vec<Panel>,
+    /// Its colours.
+    pub theme: Theme,
+}
+
+/// Colours of all but the series, as SVG spells them.
+#[derive(Clone, Copy)]
+pub struct Theme {
+    /// Text and frames.
+    pub ink: &'static str,
+    /// Background.
+    pub paper: &'static str,
+    /// Lines of labelled values.
+    pub major: &'static str,
+    /// Lines between those.
+    pub minor: &'static str,
+}
+
+impl Theme {
+    /// For pictures that stand alone: they look the same on light and dark pages.
+    pub const LIGHT: Theme = Theme { ink: "#222", paper: "#fff", major: "#ccc", minor: "#eee" };
+    /// For pictures that are part of a page, and take its colours.
+    pub const PAGE: Theme =
+        Theme { ink: "var(--ink)", paper: "var(--paper)", major: "var(--line)", minor: "var(--faint)" };
 }
 
 /// Series in one frame.
@@ -22,6 +47,7 @@ pub struct Panel {
     pub x: String,
     /// Label and unit of the axis up.
     pub y: String,
+    /// What is drawn.
     pub series: Vec<Series>,
 }
 
@@ -33,6 +59,7 @@ pub struct Series {
     pub color: &'static str,
     /// Across, up.
     pub points: Vec<[f64; 2]>,
+    /// How.
     pub marks: Marks,
 }
 
@@ -43,33 +70,35 @@ pub enum Marks {
     Joined,
     /// Hollow, each by itself.
     Single,
+    /// As single ones, with the name beside each and not in the legend.
+    Named,
+    /// A thin line without points, its name along it and not in the legend.
+    Line,
 }
 
 /// Colours that people with any colour vision can tell apart (Okabe and Ito 2008, without those too light for lines).
 pub const COLORS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#9c4f86"];
 
-const INK: &str = "#222";
-const MAJOR: &str = "#ccc";
-const MINOR: &str = "#eee";
-
 impl Picture {
     /// The picture as an SVG document.
     pub fn svg(&self) -> String {
         let [width, height] = self.size;
-        let mut svg = format!(
+        let paper = self.theme.paper;
+        let mut svg = Svg { text: String::new(), theme: self.theme };
+        svg.text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+             <rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>\n"
         );
-        text(&mut svg, [20.0, 30.0], "font-size=\"18\" font-weight=\"bold\"", &self.title);
-        text(&mut svg, [20.0, 50.0], "", &self.subtitle);
+        svg.words([20.0, 30.0], "font-size=\"18\" font-weight=\"bold\"", &self.title);
+        svg.words([20.0, 50.0], "", &self.subtitle);
         self.panels.iter().for_each(|panel| panel.draw(&mut svg));
-        svg + "</svg>\n"
+        svg.text + "</svg>\n"
     }
 }
 
 impl Panel {
-    fn draw(&self, svg: &mut String) {
+    fn draw(&self, svg: &mut Svg) {
         let [left, top, width, height] = self.frame;
         let (right, bottom) = (left + width, top + height);
         let across = LogAxis::over(self.values(0), left, right);
@@ -77,31 +106,40 @@ impl Panel {
         let (across_ticks, up_ticks) = (across.ticks(), up.ticks());
         // Minor lines first: no line crosses over a stronger one.
         for major in [false, true] {
-            let color = if major { MAJOR } else { MINOR };
+            let color = if major { svg.theme.major } else { svg.theme.minor };
             for tick in across_ticks.iter().filter(|tick| tick.major == major) {
-                line(svg, [tick.at, top, tick.at, bottom], color);
+                svg.line([tick.at, top, tick.at, bottom], color);
             }
             for tick in up_ticks.iter().filter(|tick| tick.major == major) {
-                line(svg, [left, tick.at, right, tick.at], color);
+                svg.line([left, tick.at, right, tick.at], color);
             }
         }
         for tick in across_ticks.iter().filter(|tick| tick.major) {
-            text(svg, [tick.at, bottom + 18.0], "text-anchor=\"middle\"", &number(tick.value));
+            svg.words([tick.at, bottom + 18.0], "text-anchor=\"middle\"", &number(tick.value));
         }
         for tick in up_ticks.iter().filter(|tick| tick.major) {
-            text(svg, [left - 7.0, tick.at + 4.5], "text-anchor=\"end\"", &number(tick.value));
+            svg.words([left - 7.0, tick.at + 4.5], "text-anchor=\"end\"", &number(tick.value));
         }
-        text(svg, [left + width / 2.0, bottom + 38.0], "text-anchor=\"middle\"", &self.x);
+        svg.words([left + width / 2.0, bottom + 38.0], "text-anchor=\"middle\"", &self.x);
         let (x, y) = (left - 52.0, top + height / 2.0);
-        text(svg, [x, y], &format!("text-anchor=\"middle\" transform=\"rotate(-90 {x} {y})\""), &self.y);
+        svg.words([x, y], &format!("text-anchor=\"middle\" transform=\"rotate(-90 {x} {y})\""), &self.y);
+        let ink = svg.theme.ink;
         writeln!(
-            svg,
-            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>"
+            svg.text,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{ink}\"/>"
         )
         .expect("strings take all");
+        let mut lines = 0;
         for series in &self.series {
-            let points = series.drawn().map(|[x, y]| [across.place(x), up.place(y)]);
-            series.draw(svg, points.collect());
+            let points: Vec<[f64; 2]> = series.drawn().map(|[x, y]| [across.place(x), up.place(y)]).collect();
+            if let (Marks::Line, Some(&from), Some(&to)) = (series.marks, points.first(), points.last()) {
+                // Lines may lie close together: each name stands further to the left than the one before.
+                let at = 1.0 - f64::from(lines) * 0.26;
+                let [x, y] = [0, 1].map(|axis: usize| from[axis] + (to[axis] - from[axis]) * at);
+                svg.words([x - 4.0, y - 5.0], "text-anchor=\"end\" font-size=\"11\"", &series.name);
+                lines = (lines + 1) % 4;
+            }
+            series.draw(svg, points);
         }
         self.legend(svg);
     }
@@ -112,15 +150,16 @@ impl Panel {
     }
 
     /// Above the frame, from the left.
-    fn legend(&self, svg: &mut String) {
+    fn legend(&self, svg: &mut Svg) {
         let [mut x, y] = [self.frame[0], self.frame[1] - 13.0];
         for series in self.series.iter().filter(|series| !series.name.is_empty()) {
             let sample = match series.marks {
                 Marks::Joined => vec![[x + 4.0, y], [x + 24.0, y]],
                 Marks::Single => vec![[x + 12.0, y]],
+                Marks::Named | Marks::Line => continue,
             };
             series.draw(svg, sample);
-            text(svg, [x + 34.0, y + 4.5], "", &series.name);
+            svg.words([x + 34.0, y + 4.5], "", &series.name);
             // No font is known here: a guess at its width.
             x += 52.0 + 7.0 * series.name.chars().count() as f64;
         }
@@ -132,18 +171,28 @@ impl Series {
         self.points.iter().copied().filter(|point| point.iter().all(|v| v.is_finite() && *v > 0.0))
     }
 
-    fn draw(&self, svg: &mut String, places: Vec<[f64; 2]>) {
+    fn draw(&self, svg: &mut Svg, places: Vec<[f64; 2]>) {
         let color = self.color;
-        if self.marks == Marks::Joined && places.len() > 1 {
+        if matches!(self.marks, Marks::Joined | Marks::Line) && places.len() > 1 {
+            let stroke = if self.marks == Marks::Joined { 2.0 } else { 1.2 };
             let corners: Vec<String> = places.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
             let corners = corners.join(" ");
-            writeln!(svg, "<polyline points=\"{corners}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"/>")
-                .expect("strings take all");
-        }
-        let fill = if self.marks == Marks::Joined { color } else { "#fff" };
-        for [x, y] in places {
             writeln!(
-                svg,
+                svg.text,
+                "<polyline points=\"{corners}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{stroke}\"/>"
+            )
+            .expect("strings take all");
+        }
+        if self.marks == Marks::Line {
+            return;
+        }
+        let fill = if self.marks == Marks::Joined { color } else { svg.theme.paper };
+        for [x, y] in places {
+            if self.marks == Marks::Named {
+                svg.words([x + 7.0, y + 4.0], "font-size=\"12\" font-weight=\"bold\"", &self.name);
+            }
+            writeln!(
+                svg.text,
                 "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>"
             )
             .expect("strings take all");
@@ -212,14 +261,29 @@ fn number(value: f64) -> String {
     format!("{}{unit}", format!("{scaled:.9}").trim_end_matches('0').trim_end_matches('.'))
 }
 
-fn line(svg: &mut String, [x1, y1, x2, y2]: [f64; 4], color: &str) {
-    writeln!(svg, "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{color}\"/>").expect("strings take all");
+/// What is being drawn.
+struct Svg {
+    text: String,
+    theme: Theme,
 }
 
-/// Text may have characters that XML does not: names of files are shown.
-fn text(svg: &mut String, [x, y]: [f64; 2], attributes: &str, words: &str) {
-    let words: String = words.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
-    let words = words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{INK}\" {attributes}>{words}</text>")
-        .expect("strings take all");
+impl Svg {
+    fn line(&mut self, [x1, y1, x2, y2]: [f64; 4], color: &str) {
+        writeln!(self.text, "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" stroke=\"{color}\"/>")
+            .expect("strings take all");
+    }
+
+    /// Text may have characters that XML does not: names of files are shown.
+    fn words(&mut self, [x, y]: [f64; 2], attributes: &str, words: &str) {
+        let ink = self.theme.ink;
+        let words = escape(words);
+        writeln!(self.text, "<text x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{ink}\" {attributes}>{words}</text>")
+            .expect("strings take all");
+    }
+}
+
+/// Text as HTML and SVG have it, in elements and in attributes.
+pub fn escape(text: &str) -> String {
+    let text: String = text.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
