@@ -12,6 +12,7 @@
 //! blocks that stay in the first-level cache: gather corners and throughput, then compute four rows at a time: surface,
 //! direct light, continuing ray.
 
+mod ahead;
 mod block;
 mod direct;
 mod emit;
@@ -26,6 +27,7 @@ use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;
 use crate::wave::shadows::Shadows;
+use ahead::Ahead;
 use block::{Block, Outgoing};
 use bumpalo::Bump;
 
@@ -120,7 +122,14 @@ impl Kernel for Shade<'_, '_> {
         }
         counts.scattering = scattering;
         let (block, rays) = (scratch.alloc(Block::default()), scratch.alloc(Outgoing::default()));
-        for rows in queue[..scattering].chunks(block::ROWS) {
+        let queue = &queue[..scattering];
+        let later = |blocks: usize, at: usize| queue.chunks(block::ROWS).nth(at + blocks);
+        let ahead = Ahead::new(&context.scene.shapes, context.features.has(Features::SMOOTH));
+        (0..2).for_each(|at| ahead.triangles(&input, later(0, at)));
+        ahead.corners(&input, later(0, 0));
+        for (at, rows) in queue.chunks(block::ROWS).enumerate() {
+            ahead.triangles(&input, later(2, at));
+            ahead.corners(&input, later(1, at));
             block.gather(context, rows, &input, out.samples);
             surface::run(context, block, rows.len());
             if direct {
