@@ -60,6 +60,9 @@ pub enum Error {
     /// Options that contradict each other or the scene.
     #[error("{0}")]
     Options(String),
+    /// Pictures that cannot be compared.
+    #[error("{0}")]
+    Pictures(String),
     /// An image that cannot be encoded.
     #[error("{}: cannot encode: {what}", path.display())]
     Encode {

@@ -27,6 +27,7 @@
 //! | what each vertex of a path adds | [`transport`] |
 //! | what a ray can hit, and how it is found | [`scene`], [`bvh`] |
 //! | when a pixel is done | [`film::convergence`] |
+//! | how far a picture is from another | [`compare`] |
 //! | what the machine could do at most | [`profile::ceilings`] |
 //! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
 //! | where the time goes | [`observer`], [`profile`] |
@@ -54,6 +55,7 @@ pub mod bench;
 pub mod bvh;
 pub mod cache;
 pub mod cli;
+pub mod compare;
 pub mod drive;
 pub mod error;
 pub mod export;

@@ -1,7 +1,7 @@
 //! The `comber` command.
 
 use comber::cli::args::Command;
-use comber::cli::{self, bench, bvh, cache, exit, info, mesh, profile, render};
+use comber::cli::{self, bench, bvh, cache, diff, exit, info, mesh, profile, render};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -13,6 +13,7 @@ fn main() -> ExitCode {
         Command::Bvh(args) => bvh::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
+        Command::Diff(args) => diff::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Cache(args) => cache::run(args),
     })

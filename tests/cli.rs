@@ -60,6 +60,7 @@ fn help_and_version_are_no_errors() {
         "bench --help",
         "help render",
         "mesh --help",
+        "diff --help",
         "cache --help",
     ] {
         let output = line(dir.path(), arguments);

@@ -2,50 +2,15 @@
 
 mod common;
 
+use comber::compare::bias::Bias;
+use comber::compare::pair::Pair;
+use comber::compare::z_test::ZTest;
 use comber::film::exr_output;
 use comber::film::picture::Picture;
+use comber::film::read::Found;
 use comber::options::{Cell, Direct, Normals, RenderOptions, Roulette};
-use common::statistics::{ALPHA, sidak};
+use common::statistics::ALPHA;
 use common::{Ready, shared};
-
-/// A picture against a reference: two-sided z-tests at α = 0.01 over all pixels and channels, Šidák-corrected.
-struct ZTest {
-    /// Fraction of pixels all of whose channels pass.
-    passing: f64,
-    /// z² over all channels with variance, averaged: 1 if both sides state their errors rightly.
-    mean_square_z: f64,
-    /// Difference of the means over its standard error, by channel.
-    mean_z: [f64; 3],
-}
-
-fn z_test(ours: &Picture, reference: &Picture, errors: &Picture) -> ZTest {
-    let variance = ours.variance.as_ref().expect("variance layer");
-    let n = ours.beauty.len() * 3;
-    let limit = sidak(ALPHA, n);
-    let (mut passing, mut squares, mut counted) = (0, 0.0, 0u32);
-    let (mut difference, mut squared_error) = ([0.0f64; 3], [0.0f64; 3]);
-    for (((ours, variance), reference), errors) in
-        ours.beauty.iter().zip(variance).zip(&reference.beauty).zip(&errors.beauty)
-    {
-        let mut agrees = true;
-        for c in 0..3 {
-            let d = f64::from(ours[c]) - f64::from(reference[c]);
-            let v = f64::from(variance[c]) + f64::from(errors[c]).powi(2);
-            difference[c] += d;
-            squared_error[c] += v;
-            // Both sides black without variance agree; any other difference without variance does not.
-            agrees &= if v > 0.0 { d.abs() <= limit * v.sqrt() } else { d == 0.0 };
-            if v > 0.0 {
-                squares += d * d / v;
-                counted += 1;
-            }
-        }
-        passing += usize::from(agrees);
-    }
-    let mean_z = [0, 1, 2].map(|c| difference[c] / squared_error[c].sqrt());
-    let passing = passing as f64 / ours.beauty.len() as f64;
-    ZTest { passing, mean_square_z: squares / f64::from(counted), mean_z }
-}
 
 fn compare(ready: &Ready, reference: &str, options: &RenderOptions, what: &str) {
     let Some(path) = shared(&format!("reference/{reference}.exr")) else { return };
@@ -54,21 +19,31 @@ fn compare(ready: &Ready, reference: &str, options: &RenderOptions, what: &str) 
     let options = RenderOptions { width: 240, height: 180, aovs: true, ..options.clone() };
     let ours = ready.render(&options);
     let cell = options.cell.unwrap_or(Cell { x: 0, y: 0, width: 240, height: 180 });
-    let test = z_test(&ours.picture, &cut(&expected, cell), &cut(&errors, cell));
-    let means = test.mean_z.map(|z| format!("{z:+.2}")).join(" ");
-    let (passing, z2) = (test.passing * 100.0, test.mean_square_z);
+    let ours = of_cell(&ours.picture.beauty, ours.picture.variance, cell);
+    let squares = cut(&errors, cell).into_iter().map(|error| error.map(|e| e * e)).collect();
+    let expected = of_cell(&cut(&expected, cell), Some(squares), cell);
+    let (pair, _) = Pair::new(&ours, &expected, None).expect("pictures of the same cell");
+    let (test, bias) = (ZTest::of(&pair, ALPHA).expect("variances"), Bias::of(&pair).expect("variances"));
+    let means = bias.z.map(|z| format!("{z:+.2}")).join(" ");
+    let (passing, z2) = (test.passing * 100.0, test.mean_square.value);
     println!("{reference} {what}: {passing:.3} % of pixels pass, mean z² {z2:.3}, mean off by {means} standard errors");
     assert!(test.passing >= 0.9975, "{reference} {what}: only {passing:.3} % pass");
-    assert!(test.mean_z.iter().all(|z| z.abs() <= 3.0), "{reference} {what}: mean off by {means} standard errors");
+    assert!(bias.z.iter().all(|z| z.abs() <= 3.0), "{reference} {what}: mean off by {means} standard errors");
+}
+
+/// A picture of `cell` alone.
+fn of_cell(colours: &[[f32; 3]], variance: Option<Vec<[f32; 3]>>, cell: Cell) -> Found {
+    let (width, height) = (cell.width as usize, cell.height as usize);
+    Found { width, height, full: (width, height), colours: colours.to_vec(), variance, ..Found::default() }
 }
 
 /// The pixels of `cell`.
-fn cut(picture: &Picture, cell: Cell) -> Picture {
+fn cut(picture: &Picture, cell: Cell) -> Vec<[f32; 3]> {
     let row = |y: u32| {
         let start = y as usize * picture.width + cell.x as usize;
         picture.beauty[start..start + cell.width as usize].to_vec()
     };
-    Picture { beauty: (cell.y..cell.y + cell.height).flat_map(row).collect(), ..Picture::default() }
+    (cell.y..cell.y + cell.height).flat_map(row).collect()
 }
 
 fn course(name: &str) -> Option<Ready> {
@@ -119,11 +94,4 @@ fn the_dragon_on_the_cornell_stage_matches() {
     let ready = Ready::new(staged.description, staged.camera, Normals::Flat);
     let options = RenderOptions { samples: 64, max_depth: 5, seed: 7, ..RenderOptions::default() };
     compare(&ready, "CBdragon871k_d6", &options, "Mis");
-}
-
-#[test]
-fn sidak_limits() {
-    assert!((sidak(0.05, 1) - 1.959_964).abs() < 1e-5);
-    // 1 − 0.99^(1/100), half of it in each tail.
-    assert!((sidak(0.01, 100) - 3.888_8).abs() < 1e-3, "{}", sidak(0.01, 100));
 }

@@ -1,6 +1,7 @@
 //! Arguments as typed. What they mean together is decided in [`super::resolve`].
 
 use super::bench::args::BenchArgs;
+use super::diff::args::DiffArgs;
 use super::profile::args::ProfileArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
@@ -41,6 +42,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Say where the time of a render goes: by stage and bounce, by pixel, beside the machine's ceilings.
     Profile(ProfileArgs),
+    /// Say how far a picture is from another: errors, bias and variance, tests by standard errors.
+    Diff(DiffArgs),
     /// Write a mesh as PLY, as it is or split into smaller triangles.
     Mesh(MeshArgs),
     /// List or remove the trees that are kept on disk.
@@ -496,6 +499,7 @@ Examples:
   comber info box.dae                            what a render of it would do
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
   comber bench box.dae --peer embree             rays per second, beside Embree
+  comber diff box.exr reference.exr              how far a picture is from another
   comber mesh bunny.ply --split 8 -o large.ply   the mesh in 64 times as many triangles
   comber cache ls                                trees of large meshes, kept on disk
 

@@ -10,7 +10,7 @@ use super::report::{self, RenderReport};
 use super::resolve::{Outputs, RenderRequest, is};
 use crate::drive::{self, Observer, Outcome};
 use crate::error::{Error, Result};
-use crate::film::heatmap::{self, HeatMap, Scale};
+use crate::film::heatmap::{self, HeatMap};
 use crate::film::output::{self, Format};
 use crate::film::picture::Picture;
 use crate::measure::progress::Progress;
@@ -139,7 +139,7 @@ pub fn write(outcome: &Outcome, outputs: &Outputs) -> Result<()> {
 /// Writes one number a pixel of `picture` as colours.
 fn write_map(path: &Path, picture: &Picture, values: &[f32], title: &str, unit: &str) -> Result<()> {
     let (width, height) = (picture.width, picture.height);
-    heatmap::write(path, &HeatMap { width, height, values, title, unit, scale: Scale::Linear })
+    heatmap::write(path, &HeatMap { width, height, values, title, unit, ..HeatMap::default() })
 }
 
 /// What an interrupted render has.

@@ -35,7 +35,7 @@ use crate::film::atomic_file;
 use crate::film::picture::Picture;
 
 /// Name of the attribute that holds the provenance.
-const PROVENANCE: &str = "comber";
+pub(crate) const PROVENANCE: &str = "comber";
 
 /// ZIP over 16 lines: on noisy renders both smaller and faster than PIZ, the usual advice for grainy pictures.
 ///
@@ -202,12 +202,11 @@ impl SamplesWriter for PlaneWriter<'_> {
     }
 }
 
-/// Decodes a file; an error is one sentence.
-fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
-    let chunks = exr::block::read(std::io::Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    let limit = most_bytes(bytes.len());
+/// Refuses files of deep data, and such as claim more than [`most_bytes`] of pixels.
+pub(crate) fn check_claims(headers: &[Header], file_length: usize) -> std::result::Result<(), String> {
+    let limit = most_bytes(file_length);
     let mut claimed = 0usize;
-    for header in chunks.headers() {
+    for header in headers {
         if header.deep {
             return Err("it holds deep data".into());
         }
@@ -216,9 +215,15 @@ fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
         claimed = claimed.saturating_add(pixels.saturating_mul(channels));
     }
     if claimed > limit {
-        return Err(format!("it claims {claimed} bytes of pixels in a file of {} bytes", bytes.len()));
+        return Err(format!("it claims {claimed} bytes of pixels in a file of {} bytes", file_length));
     }
+    Ok(())
+}
 
+/// Decodes a file; an error is one sentence.
+fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
+    let chunks = exr::block::read(std::io::Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    check_claims(chunks.headers(), bytes.len())?;
     // One thread: a panic in a worker of the crate's pool would end the process.
     let image = exr_read()
         .no_deep_data()

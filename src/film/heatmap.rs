@@ -20,8 +20,31 @@ pub enum Scale {
     Logarithmic,
 }
 
+/// Which colours stand for values, from the smallest to the largest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colours {
+    /// [`viridis`]: for amounts.
+    #[default]
+    Viridis,
+    /// [`magma`]: for errors, from black; what FLIP's authors show it with.
+    Magma,
+    /// [`signed`]: blue, white and red, for differences around zero.
+    Signed,
+}
+
+impl Colours {
+    /// The colour at `t` in 0..1.
+    fn at(self, t: f64) -> [u8; 3] {
+        match self {
+            Colours::Viridis => viridis(t),
+            Colours::Magma => magma(t),
+            Colours::Signed => signed(t),
+        }
+    }
+}
+
 /// A map to be drawn.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct HeatMap<'a> {
     /// Pixels across.
     pub width: usize,
@@ -35,6 +58,11 @@ pub struct HeatMap<'a> {
     pub unit: &'a str,
     /// How values spread over the colours.
     pub scale: Scale,
+    /// Which colours.
+    pub colours: Colours,
+    /// Values at the ends of the colour bar, the first below the second; those beyond take the colour of the end.
+    /// Without it, the smallest and the largest value.
+    pub range: Option<[f64; 2]>,
 }
 
 /// Rows of 8-bit `R G B`, top row first.
@@ -50,7 +78,7 @@ pub struct Canvas {
 
 const BACKGROUND: [u8; 3] = [24, 24, 28];
 const INK: [u8; 3] = [235, 235, 235];
-/// No colour of [`viridis`] is near it.
+/// No colour of any [`Colours`] is near it.
 const NOT_A_NUMBER: [u8; 3] = [255, 0, 255];
 
 /// Narrowest canvas: room for the bar with a handful of ticks.
@@ -80,7 +108,10 @@ pub fn write(path: &Path, map: &HeatMap) -> Result<()> {
 /// If `values` is shorter than `width · height`.
 pub fn draw(map: &HeatMap) -> Canvas {
     let statistics = Statistics::of(map.values);
-    let axis = Axis::new(&statistics, map.scale);
+    let axis = match map.range {
+        Some([low, high]) => Axis { low, high, logarithmic: map.scale == Scale::Logarithmic && low > 0.0 },
+        None => Axis::new(&statistics, map.scale),
+    };
 
     let title = match map.unit {
         "" => map.title.to_string(),
@@ -102,14 +133,14 @@ pub fn draw(map: &HeatMap) -> Canvas {
     for (y, row) in map.values.chunks_exact(map.width.max(1)).take(map.height).enumerate() {
         for (x, &value) in row.iter().enumerate() {
             canvas.pixels[y * width + x] =
-                if value.is_finite() { viridis(axis.position(f64::from(value))) } else { NOT_A_NUMBER };
+                if value.is_finite() { map.colours.at(axis.position(f64::from(value))) } else { NOT_A_NUMBER };
         }
     }
 
     canvas.text(margin, map.height + margin, zoom, &title);
     let bar_width = width - 2 * margin;
     for x in 0..bar_width {
-        let colour = viridis(x as f64 / (bar_width - 1) as f64);
+        let colour = map.colours.at(x as f64 / (bar_width - 1) as f64);
         canvas.rectangle(margin + x, bar_top, 1, bar_height, colour);
     }
     let mut free_from = 0;
@@ -143,9 +174,56 @@ pub fn viridis(t: f64) -> [u8; 3] {
         [4.776_384_997_670_288, -13.745_145_377_746_01, -65.353_032_633_372_34],
         [-5.435_455_855_934_631, 4.645_852_612_178_535, 26.312_435_249_583_2],
     ];
+    polynomial(&C, t)
+}
+
+/// The colour map magma (S. van der Walt & N. Smith 2015, CC0) at `t` in 0..1: from black to a light yellow, with
+/// lightness that grows evenly.
+///
+/// Matt Zucker's polynomial of degree six (2019, CC0), within 5/255 of the table.
+pub fn magma(t: f64) -> [u8; 3] {
+    const C: [[f64; 3]; 7] = [
+        [-0.002_136_485_053_939_582, -0.000_749_655_052_795_221, -0.005_386_127_855_323_933],
+        [0.251_660_540_737_164_2, 0.677_523_243_683_766_8, 2.494_026_599_312_351],
+        [8.353_717_279_216_625, -3.577_719_514_958_484, 0.314_467_903_013_257_3],
+        [-27.668_733_085_768_66, 14.264_730_780_965_33, -13.649_213_188_139_22],
+        [52.176_139_812_340_68, -27.943_606_071_683_51, 12.944_169_442_383_94],
+        [-50.768_525_364_735_88, 29.046_582_821_272_91, 4.234_152_993_845_98],
+        [18.655_705_065_918_83, -11.489_773_519_977_11, -5.601_961_508_734_096],
+    ];
+    polynomial(&C, t)
+}
+
+/// Blue at 0, nearly white in the middle, red at 1: ColorBrewer's RdBu of eleven classes (C. Brewer, Apache 2.0),
+/// turned round and joined by straight lines. Told apart with any colour vision.
+pub fn signed(t: f64) -> [u8; 3] {
+    const C: [[u8; 3]; 11] = [
+        [5, 48, 97],
+        [33, 102, 172],
+        [67, 147, 195],
+        [146, 197, 222],
+        [209, 229, 240],
+        [247, 247, 247],
+        [253, 219, 199],
+        [244, 165, 130],
+        [214, 96, 77],
+        [178, 24, 43],
+        [103, 0, 31],
+    ];
+    let place = t.clamp(0.0, 1.0) * 10.0;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(10);
+    std::array::from_fn(|i| {
+        let [low, high] = [below, above].map(|at| f64::from(C[at][i]));
+        (low + (high - low) * place.fract()).round() as u8
+    })
+}
+
+/// A polynomial at `t` in 0..1 for each of red, green and blue.
+fn polynomial(coefficients: &[[f64; 3]; 7], t: f64) -> [u8; 3] {
     let t = t.clamp(0.0, 1.0);
     std::array::from_fn(|i| {
-        let value = C.iter().rev().fold(0.0, |sum, c| sum * t + c[i]);
+        let value = coefficients.iter().rev().fold(0.0, |sum, c| sum * t + c[i]);
         (value * 255.0).round() as u8
     })
 }
@@ -259,7 +337,7 @@ mod tests {
     use super::*;
 
     fn map(width: usize, height: usize, values: &[f32], scale: Scale) -> HeatMap<'_> {
-        HeatMap { width, height, values, title: "samples a pixel", unit: "", scale }
+        HeatMap { width, height, values, title: "samples a pixel", scale, ..HeatMap::default() }
     }
 
     #[test]
@@ -277,6 +355,25 @@ mod tests {
         for i in 0..64 {
             assert!(luminance(f64::from(i) / 64.0) < luminance(f64::from(i + 1) / 64.0), "{i}");
         }
+    }
+
+    #[test]
+    fn other_colours_meet_their_tables() {
+        for (t, expected) in [(0.0, [0, 0, 4]), (64.0 / 255.0, [81, 18, 124]), (1.0, [252, 253, 191])] {
+            for (got, want) in magma(t).into_iter().zip(expected) {
+                assert!((i32::from(got) - want).abs() <= 5, "{t}: {:?} instead of {expected:?}", magma(t));
+            }
+        }
+        assert_eq!([0.0, 0.5, 0.95, 1.0].map(signed), [[5, 48, 97], [247; 3], [141, 12, 37], [103, 0, 31]]);
+        assert_eq!([-1.0, f64::NAN, 2.0].map(signed)[2], [103, 0, 31]);
+    }
+
+    #[test]
+    fn a_range_holds_whatever_the_values() {
+        let values = [-9.0, -1.0, 0.0, 0.5, 7.0];
+        let map = HeatMap { colours: Colours::Signed, range: Some([-1.0, 1.0]), ..map(5, 1, &values, Scale::Linear) };
+        let canvas = draw(&map);
+        assert_eq!(canvas.pixels[..5], [0.0, 0.0, 0.5, 0.75, 1.0].map(signed));
     }
 
     #[test]

@@ -10,5 +10,6 @@ pub mod layers;
 pub mod output;
 pub mod picture;
 pub mod png_output;
+pub mod read;
 pub mod tile;
 pub mod wireframe;

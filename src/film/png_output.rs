@@ -28,10 +28,18 @@ pub fn write(path: &Path, picture: &Picture, exposure: f32) -> Result<()> {
 ///
 /// Out of range: 1 and above, `+∞` included, is 255; negative values and NaN are 0.
 pub fn srgb(linear: f32) -> u8 {
-    let v = f64::from(linear);
-    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     // The conversion saturates, and turns NaN into 0.
-    (encoded * 255.0).round() as u8
+    (srgb_encoded(f64::from(linear)) * 255.0).round() as u8
+}
+
+/// The sRGB value of a linear one, both from 0 to 1: the piecewise curve of IEC 61966-2-1.
+pub fn srgb_encoded(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The linear value of an sRGB one, both from 0 to 1: the inverse of [`srgb_encoded`].
+pub fn srgb_decoded(encoded: f64) -> f64 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Writes rows of `R G B` bytes, top row first.
@@ -83,9 +91,7 @@ mod tests {
     #[test]
     fn every_step_decodes_to_itself() {
         for step in 0..=255u8 {
-            let v = f64::from(step) / 255.0;
-            let linear = if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
-            assert_eq!(srgb(linear as f32), step);
+            assert_eq!(srgb(srgb_decoded(f64::from(step) / 255.0) as f32), step);
         }
     }
 

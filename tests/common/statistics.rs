@@ -1,8 +1,9 @@
 //! Means with standard errors, and how far they may lie from what they should be.
 
+pub use comber::compare::z_test::sidak;
 use comber::film::picture::Picture;
 use comber::options::Cell;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Chance that a family of tests rejects a program that is right.
 pub const ALPHA: f64 = 0.01;
@@ -90,12 +91,6 @@ impl Family {
         println!("{}: {} tests, largest z {worst:+.2} of {limit:.2} ({at})", self.claim, self.tests);
         assert!(worst.abs() <= limit, "{}: z = {worst:+.2} beyond {limit:.2} at {at}", self.claim);
     }
-}
-
-/// The |z| that `tests` independent normal variables stay below, all of them, with probability 1 − `alpha`.
-pub fn sidak(alpha: f64, tests: usize) -> f64 {
-    let each = -((-alpha).ln_1p() / tests as f64).exp_m1();
-    -Normal::standard().inverse_cdf(each / 2.0)
 }
 
 /// The t that Student's variable of `n − 1` degrees of freedom stays below with probability 1 − `alpha`.

@@ -4,7 +4,7 @@ use super::Profiled;
 use super::args::ProfileOptions;
 use super::html;
 use crate::error::Result;
-use crate::film::heatmap::{self, HeatMap, Scale};
+use crate::film::heatmap::{self, HeatMap};
 use crate::film::layers;
 use crate::profile::pixel_cost::PixelCost;
 use std::path::{Path, PathBuf};
@@ -62,7 +62,7 @@ fn write_maps(name: &Path, cost: &PixelCost) -> Result<()> {
     let [width, height] = cost.size;
     let layers = cost.layers();
     for ((end, title, unit), values) in MAPS.iter().zip(layers) {
-        let map = HeatMap { width, height, values, title, unit, scale: Scale::Linear };
+        let map = HeatMap { width, height, values, title, unit, ..HeatMap::default() };
         heatmap::write(&ending(name, &format!("_{end}.png")), &map)?;
     }
     let channels: Vec<(&str, &[f32])> = MAPS.iter().map(|(end, ..)| *end).zip(layers).collect();

@@ -124,7 +124,7 @@ pub fn run(args: ProfileArgs) -> anyhow::Result<Done> {
         placed,
         no_counters,
         changes,
-        command: command(),
+        command: super::html::command(),
     };
 
     // The picture first: whatever becomes of the profile, the render is done.
@@ -200,17 +200,6 @@ fn figures(loaded: &Loaded, plan: &Plan, measured: &Measured) -> Record {
         add(&name, "waves", rows);
     }
     record
-}
-
-/// The command line, quoted where a shell needs it.
-fn command() -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:,=+%@".contains(c);
-    let quote = |argument: String| match !argument.is_empty() && argument.chars().all(plain) {
-        true => argument,
-        false => format!("'{}'", argument.replace('\'', "'\\''")),
-    };
-    let arguments = std::env::args_os().skip(1).map(|argument| quote(argument.to_string_lossy().into_owned()));
-    ["comber".to_owned()].into_iter().chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 fn as_json(profiled: &Profiled) -> Value {

@@ -5,25 +5,18 @@ mod images;
 mod tables;
 
 use super::{Profiled, rate};
-use crate::cli::report;
-use crate::error::{Error, Result};
-use crate::film::atomic_file;
+use crate::cli::{html, report};
+use crate::error::Result;
 use crate::measure::plot::escape;
 use crate::measure::{processor, units};
-use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
-
-/// Colours for screens that are light or dark, and for paper.
-const STYLE: &str = include_str!("style.css");
 
 /// Writes the report.
 ///
 /// # Errors
 /// The system's.
 pub fn write(path: &Path, profiled: &Profiled) -> Result<()> {
-    let page = page(profiled);
-    atomic_file::write(path, |out| out.write_all(page.as_bytes()).map_err(|e| Error::io(path, "write", e)))
+    html::write(path, &page(profiled))
 }
 
 fn page(profiled: &Profiled) -> String {
@@ -38,19 +31,13 @@ fn page(profiled: &Profiled) -> String {
         ("Plan", tables::plan(profiled.plan)),
         ("Machine and build", machine(profiled)),
     ];
-    let mut body = String::new();
-    for (title, section) in sections.iter().filter(|(_, section)| !section.is_empty()) {
-        let _ = write!(body, "<section><h2>{title}</h2>\n{section}</section>\n");
-    }
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>comber profile: {name}</title>\n<style>\n{STYLE}</style></head>\n<body>\n<header><h1>{name}</h1>\n\
-         <p class=\"soft\">A profile by comber {}: {}</p></header>\n{}{body}</body></html>\n",
+    let header = format!(
+        "<header><h1>{name}</h1>\n<p class=\"soft\">A profile by comber {}: {}</p></header>\n{}",
         env!("CARGO_PKG_VERSION"),
         escape(&report::scene_line(profiled.loaded)),
         head(profiled),
-    )
+    );
+    html::page(&format!("comber profile: {}", profiled.loaded.name), &header, &sections)
 }
 
 /// The picture and the figures that matter most.
@@ -68,14 +55,11 @@ fn head(profiled: &Profiled) -> String {
     if let Some(row) = table.hottest(1).first() {
         cards.push((row.stage.to_owned(), format!("hottest stage, {:.0} % of the time", 100.0 * row.share)));
     }
-    let cards: String = cards
-        .iter()
-        .map(|(b, s)| format!("<div class=\"card\"><b>{}</b><span>{}</span></div>", escape(b), escape(s)))
-        .collect();
     let options = &plan.options;
     let caption = format!("{}, {} samples a pixel", report::picture_line(options), options.samples);
     format!(
-        "<div class=\"cards\">{cards}</div>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
+        "{}<figure>{}<figcaption>{}</figcaption></figure>\n",
+        html::cards(&cards),
         images::picture(&measured.outcome.picture),
         escape(&caption)
     )

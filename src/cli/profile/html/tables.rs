@@ -1,24 +1,13 @@
 //! Tables of the page.
 
 use crate::bench::record::{Change, Record};
+use crate::cli::html::table;
 use crate::cli::profile::{Placed, Profiled};
 use crate::measure::plot::escape;
 use crate::measure::{processor, units};
 use crate::plan::Plan;
 use crate::profile::ceilings::Ceilings;
 use crate::profile::stage_table::{StageRow, StageTable};
-
-/// A table of cells that are HTML already; `class` of each row.
-fn table(headings: &[&str], rows: impl Iterator<Item = (&'static str, Vec<String>)>) -> String {
-    let head: String = headings.iter().map(|heading| format!("<th>{heading}</th>")).collect();
-    let rows: String = rows
-        .map(|(class, cells)| {
-            let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
-            format!("<tr class=\"{class}\">{cells}</tr>\n")
-        })
-        .collect();
-    format!("<table><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>\n")
-}
 
 fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
