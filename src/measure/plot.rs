@@ -130,6 +130,8 @@ impl Panel {
         )
         .expect("strings take all");
         let mut lines = 0;
+        let named = self.series.iter().filter(|series| series.marks == Marks::Named).flat_map(Series::drawn);
+        let named: Vec<[f64; 2]> = named.map(|[x, y]| [across.place(x), up.place(y)]).collect();
         for series in &self.series {
             let points: Vec<[f64; 2]> = series.drawn().map(|[x, y]| [across.place(x), up.place(y)]).collect();
             if let (Marks::Line, Some(&from), Some(&to)) = (series.marks, points.first(), points.last()) {
@@ -138,6 +140,9 @@ impl Panel {
                 let [x, y] = [0, 1].map(|axis: usize| from[axis] + (to[axis] - from[axis]) * at);
                 svg.words([x - 4.0, y - 5.0], "text-anchor=\"end\" font-size=\"11\"", &series.name);
                 lines = (lines + 1) % 4;
+            }
+            if series.marks == Marks::Named {
+                points.iter().for_each(|&point| name(svg, point, &series.name, &named));
             }
             series.draw(svg, points);
         }
@@ -188,9 +193,6 @@ impl Series {
         }
         let fill = if self.marks == Marks::Joined { color } else { svg.theme.paper };
         for [x, y] in places {
-            if self.marks == Marks::Named {
-                svg.words([x + 7.0, y + 4.0], "font-size=\"12\" font-weight=\"bold\"", &self.name);
-            }
             writeln!(
                 svg.text,
                 "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>"
@@ -198,6 +200,14 @@ impl Series {
             .expect("strings take all");
         }
     }
+}
+
+/// Writes the name of a point to its right, or to its left if another stands there.
+fn name(svg: &mut Svg, [x, y]: [f64; 2], name: &str, others: &[[f64; 2]]) {
+    let taken = others.iter().any(|[ox, oy]| *ox > x && *ox - x < 90.0 && (oy - y).abs() < 14.0);
+    let (x, anchor) = if taken { (x - 7.0, "end") } else { (x + 7.0, "start") };
+    let attributes = format!("font-size=\"12\" font-weight=\"bold\" text-anchor=\"{anchor}\"");
+    svg.words([x, y + 4.0], &attributes, name);
 }
 
 /// A logarithmic axis, from a value 1, 2 or 5 · 10ⁿ to another.

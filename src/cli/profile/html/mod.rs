@@ -86,7 +86,7 @@ fn bounces(profiled: &Profiled) -> String {
 fn ceilings(profiled: &Profiled) -> String {
     let Some(placed) = &profiled.placed else { return String::new() };
     format!(
-        "<p>Each stage by what a row touches and how fast rows go. The lines are what the machine can do at most: reading in order, \
+        "<p>Each stage by what a row touches and how fast rows go. The lines are what the machine can do at most: copying in order, \
          cache lines in any order with as many under way as it can have, and one after another. A stage that lies on a line is bound by \
          it; one that lies far below all of them executes instructions.</p>\n<figure class=\"wide\">{}</figure>\n\
          <div class=\"wide\">{}</div>\n<div class=\"wide\">{}</div>\n",
