@@ -30,6 +30,7 @@
 //! | how far a picture is from another | [`compare`] |
 //! | what the machine could do at most | [`profile::ceilings`] |
 //! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
+//! | what one sample did, vertex by vertex | [`explain`] |
 //! | where the time goes | [`observer`], [`profile`] |
 //!
 //! `unsafe` has three homes: [`simd`], [`system`], and [`peer::embree`], which calls a C library where the user asks for that.
@@ -58,6 +59,7 @@ pub mod cli;
 pub mod compare;
 pub mod drive;
 pub mod error;
+pub mod explain;
 pub mod export;
 pub mod film;
 pub mod import;

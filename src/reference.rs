@@ -7,6 +7,7 @@
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::{Accel, SingleRay};
 use crate::error::Result;
+use crate::explain::{Event, Witness};
 use crate::film::develop::develop;
 use crate::film::picture::Picture;
 use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
@@ -42,13 +43,7 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOpt
     let whole = Cell { x: 0, y: 0, width: options.width, height: options.height };
     let cell = options.cell.unwrap_or(whole);
     let layout = FilmLayout::new(options);
-    let tracer = Tracer {
-        scene,
-        accel,
-        options,
-        lens: camera.lens(options.width, options.height),
-        transport: Transport::new(options, &scene.lights),
-    };
+    let tracer = Tracer::new(scene, accel, camera, options);
     let mut film = tiles(cell, layout);
     // The control runs on the waves' instruction set: what it is measured for is the order of work alone.
     let tier = Tier::detect(options.simd)?;
@@ -57,6 +52,17 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOpt
         |a, b| RayCounts { camera: a.camera + b.camera, bounce: a.bounce + b.bounce, shadow: a.shadow + b.shadow },
     );
     Ok(Reference { picture: develop(&film, cell, (options.width, options.height)), rays })
+}
+
+/// Renders sample `index` of one pixel, and tells `witness` of each step.
+pub fn witness(
+    (scene, accel, camera): (&Scene, &Accel, &Camera),
+    options: &RenderOptions,
+    [x, y, index]: [u32; 3],
+    witness: impl Witness,
+) -> Sample {
+    let mut rays = Rays { single: accel.single(), counts: RayCounts::default(), witness };
+    Tracer::new(scene, accel, camera, options).sample(x, y, index, &mut rays)
 }
 
 struct TileKernel<'a> {
@@ -73,10 +79,11 @@ impl Kernel for TileKernel<'_> {
     }
 }
 
-/// Queries and their numbers.
-struct Rays<'a> {
+/// Queries, their numbers, and who is told of them.
+struct Rays<'a, W> {
     single: SingleRay<'a>,
     counts: RayCounts,
+    witness: W,
 }
 
 struct Tracer<'a> {
@@ -99,11 +106,16 @@ struct Path {
     radiance: V3<f32>,
 }
 
-impl Tracer<'_> {
+impl<'a> Tracer<'a> {
+    fn new(scene: &'a Scene, accel: &'a Accel, camera: &Camera, options: &'a RenderOptions) -> Tracer<'a> {
+        let lens = camera.lens(options.width, options.height);
+        Tracer { scene, accel, options, lens, transport: Transport::new(options, &scene.lights) }
+    }
+
     /// All samples of a tile's pixels, one after another.
     #[inline(always)]
     fn render_tile(&self, tile: &mut Tile) -> RayCounts {
-        let mut rays = Rays { single: self.accel.single(), counts: RayCounts::default() };
+        let mut rays = Rays { single: self.accel.single(), counts: RayCounts::default(), witness: () };
         let batch = self.options.adaptive.map_or(self.options.samples, |a| a.batch);
         let mut first = 0;
         while first < self.options.samples && !tile.active.is_empty() {
@@ -125,10 +137,9 @@ impl Tracer<'_> {
 
     /// One sample of a pixel.
     #[inline(always)]
-    fn sample(&self, x: u32, y: u32, index: u32, rays: &mut Rays) -> Sample {
+    fn sample(&self, x: u32, y: u32, index: u32, rays: &mut Rays<impl Witness>) -> Sample {
         let pixel = y * self.options.width + x;
         let [u, v, ..] = uniform4(pixel, index, Dimensions::CAMERA, self.options.seed);
-        let zero = V3::new(0.0, 0.0, 0.0);
         let mut path = Path {
             pixel,
             index,
@@ -136,12 +147,12 @@ impl Tracer<'_> {
             direction: self.lens.direction(x as f32 + u, y as f32 + v),
             beta: V3::new(1.0, 1.0, 1.0),
             pdf: 0.0,
-            radiance: zero,
+            radiance: V3::new(0.0, 0.0, 0.0),
         };
         let mut sample = Sample { depth: f32::INFINITY, ..Sample::default() };
         rays.counts.camera += 1;
         if self.options.integrator == Integrator::BvhCost {
-            let visits = rays.single.cost(&ray(path.origin, path.direction, f32::INFINITY));
+            let visits = rays.single.cost(&Ray::new(path.origin.into(), path.direction.into()));
             sample.radiance = [visits as f32; 3];
             return sample;
         }
@@ -158,14 +169,16 @@ impl Tracer<'_> {
 
     /// Traces the path's ray and shades what it hits; `true` if the path goes on.
     #[inline(always)]
-    fn vertex(&self, depth: u32, path: &mut Path, sample: &mut Sample, rays: &mut Rays) -> bool {
+    fn vertex(&self, depth: u32, path: &mut Path, sample: &mut Sample, rays: &mut Rays<impl Witness>) -> bool {
         let (scene, transport) = (self.scene, &self.transport);
-        let hit = rays.single.closest_hit(&ray(path.origin, path.direction, f32::INFINITY));
+        let hit = rays.single.closest_hit(&Ray::new(path.origin.into(), path.direction.into()));
+        rays.witness.saw(|| Event::Ray { depth, origin: path.origin, direction: path.direction, beta: path.beta, hit });
         if !hit.is_some() {
             return false;
         }
         let material = scene.materials[scene.shapes.geometries[hit.geom as usize].material as usize];
         let surface = transport::surface_at(scene, &hit, path.origin, path.direction);
+        rays.witness.saw(|| Event::Surface { at: surface, albedo: material.albedo });
         if depth == 0 {
             sample.albedo = material.albedo.to_array();
             sample.normal = Vec3::from(surface.normal).to_array();
@@ -178,7 +191,9 @@ impl Tracer<'_> {
             return false;
         }
         if transport.counts_emission(depth) {
-            path.radiance = path.radiance + self.emitted(depth, path, &hit);
+            let value = self.emitted(depth, path, &hit);
+            rays.witness.saw(|| Event::Emission { value });
+            path.radiance = path.radiance + value;
         }
         if material.albedo == Vec3::ZERO {
             return false;
@@ -186,7 +201,7 @@ impl Tracer<'_> {
         let albedo = V3::from(material.albedo);
         if transport.counts_direct(depth) {
             for k in 0..transport.shadow_samples {
-                self.direct(depth, k, path, &surface, albedo, rays);
+                self.direct([depth, k], path, &surface, albedo, rays);
             }
         }
         transport.continues(depth) && self.scatter(depth, path, &surface, albedo, rays)
@@ -209,21 +224,29 @@ impl Tracer<'_> {
 
     /// Direct-light sample `k`.
     #[inline(always)]
-    fn direct(&self, depth: u32, k: u32, path: &mut Path, at: &SurfacePoint<f32>, albedo: V3<f32>, rays: &mut Rays) {
+    fn direct<W: Witness>(
+        &self,
+        [depth, k]: [u32; 2],
+        path: &mut Path,
+        at: &Point,
+        albedo: V3<f32>,
+        rays: &mut Rays<W>,
+    ) {
         let (scene, transport) = (self.scene, &self.transport);
         let random = uniform4(path.pixel, path.index, transport.dimensions.light(depth, k), self.options.seed);
         let vertex = Vertex { beta: path.beta, albedo, normal: at.normal, geometric: at.geometric };
         if transport.direct == Direct::Hemisphere {
             let uv = [random[0], random[1]];
             let (direction, value) = transport::hemisphere_sample(vertex, uv, transport.shadow_samples);
-            if is_zero(value) {
+            if value.is_zero() {
                 return;
             }
             rays.counts.shadow += 1;
-            let hit = rays.single.closest_hit(&ray(at.origin, direction, f32::INFINITY));
-            if let Some((_, light, _)) = transport::emission(scene, &hit, at.origin, direction) {
-                path.radiance = path.radiance + value.times(light.radiance.into());
-            }
+            let hit = rays.single.closest_hit(&Ray::new(at.origin.into(), direction.into()));
+            let light = transport::emission(scene, &hit, at.origin, direction);
+            let value = light.map(|(_, light, _)| value.times(light.radiance.into()));
+            rays.witness.saw(|| Event::Hemisphere { direction, hit, value });
+            path.radiance = value.map_or(path.radiance, |value| path.radiance + value);
             return;
         }
         let id = transport.light_of(k, random[3]);
@@ -231,23 +254,35 @@ impl Tracer<'_> {
         let found = light.sample(at.origin, [random[0], random[1], random[2]]);
         let sampled = Sampled { radiance: light.radiance.into(), rate: transport.rates[id] };
         let value = transport::light_contribution(vertex, sampled, found, transport.mis());
-        if is_zero(value) {
+        if value.is_zero() {
+            rays.witness.saw(|| Event::FacesAway { id });
             return;
         }
         rays.counts.shadow += 1;
-        if !rays.single.any_hit(&ray(at.origin, found.direction, found.distance)) {
+        let free =
+            !rays.single.any_hit(&Ray { t_max: found.distance, ..Ray::new(at.origin.into(), found.direction.into()) });
+        rays.witness.saw(|| Event::Light { id, found, value, free });
+        if free {
             path.radiance = path.radiance + value;
         }
     }
 
     /// Draws the continuing ray; `false` if the path ends here.
     #[inline(always)]
-    fn scatter(&self, depth: u32, path: &mut Path, at: &SurfacePoint<f32>, albedo: V3<f32>, rays: &mut Rays) -> bool {
+    fn scatter<W: Witness>(
+        &self,
+        depth: u32,
+        path: &mut Path,
+        at: &Point,
+        albedo: V3<f32>,
+        rays: &mut Rays<W>,
+    ) -> bool {
         let random = uniform4(path.pixel, path.index, self.transport.dimensions.bounce(depth), self.options.seed);
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
         let survival = self.transport.survival(depth, beta);
         let carries = beta.max_component() > 0.0;
+        rays.witness.saw(|| Event::Bounce { pdf: drawn.pdf, beta, survival, lot: random[2] });
         if !carries || random[2] >= survival {
             return false;
         }
@@ -260,10 +295,4 @@ impl Tracer<'_> {
     }
 }
 
-fn ray(origin: V3<f32>, direction: V3<f32>, t_max: f32) -> Ray {
-    Ray { origin: origin.into(), direction: direction.into(), t_min: 0.0, t_max }
-}
-
-fn is_zero(v: V3<f32>) -> bool {
-    v.x == 0.0 && v.y == 0.0 && v.z == 0.0
-}
+type Point = SurfacePoint<f32>;

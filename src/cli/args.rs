@@ -75,9 +75,28 @@ pub struct RenderArgs {
     /// How fast.
     #[command(flatten)]
     pub speed: SpeedArgs,
+    /// One sample instead.
+    #[command(flatten)]
+    pub explain: ExplainArgs,
     /// What to say.
     #[command(flatten)]
     pub report: ReportArgs,
+}
+
+/// Which sample is told vertex by vertex, instead of a render.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "One sample")]
+pub struct ExplainArgs {
+    /// Render nothing: tell what one sample of one pixel does, vertex by vertex.
+    #[arg(long, requires = "pixel")]
+    pub explain: bool,
+    /// The pixel, from the left and from the top of the frame.
+    #[arg(long, value_name = "X,Y", value_parser = values::pixel, requires = "explain")]
+    pub pixel: Option<[u32; 2]>,
+    /// Its sample [default: 0, the first].
+    #[arg(long, value_name = "N", value_parser = whole(0, u32::MAX), requires = "explain",
+          allow_negative_numbers = true)]
+    pub sample: Option<u32>,
 }
 
 /// `comber info`.
@@ -512,6 +531,7 @@ Examples:
   comber render proc:cubes,tris=1M --stage cornell -r 960 720
   comber render bunny.ply --up z --vp -0.5,1,3 --vi 0,0.5,0 --yfov 30
   comber render scan.ply --memory-limit 16GiB --cache /fast/disk
+  comber render box.dae --explain --pixel 240,180 --sample 7
 
 Interrupting (INT or TERM) ends a render early: the files are written with the samples that are done. A second \
 signal ends comber at once, and earlier files stay as they were.

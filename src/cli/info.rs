@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 /// Explains the render that `args` ask for.
 pub fn run(args: InfoArgs) -> anyhow::Result<Done> {
-    let request = RenderRequest::new(args.render)?;
+    let request = RenderRequest::new(args.render)?.is_a_render()?;
     print_notes(&request.notes, request.report);
     Interrupt::watch(request.scene.storage.kept().as_deref())?;
     use_threads(request.options.threads)?;

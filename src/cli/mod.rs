@@ -8,6 +8,7 @@ pub mod cache;
 pub mod camera;
 pub mod diff;
 pub mod exit;
+pub mod explain;
 mod html;
 pub mod info;
 pub mod interrupt;

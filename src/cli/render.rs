@@ -24,6 +24,9 @@ use std::time::Instant;
 /// Renders what `args` ask for, and leaves it where they say. `started`: when the process was.
 pub fn run(args: RenderArgs, started: Instant) -> anyhow::Result<Done> {
     let request = RenderRequest::new(args)?;
+    if let Some((pixel, sample)) = request.explain {
+        return super::explain::run(&request, pixel, sample);
+    }
     let created = creation_time()?;
     print_notes(&request.notes, request.report);
     for path in request.outputs.paths() {

@@ -70,7 +70,7 @@ impl RenderReport<'_> {
             let count = units::count(stats.non_finite_samples);
             facts.add(
                 "left out",
-                format!("{count} samples that are not finite, the first at pixel {x}, {y}, sample {sample}"),
+                format!("{count} samples that are not finite; the first: --explain --pixel {x},{y} --sample {sample}"),
             );
         }
         for path in self.outputs.paths() {

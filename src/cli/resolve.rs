@@ -45,6 +45,8 @@ pub struct RenderRequest {
     pub options: RenderOptions,
     /// Where to leave it.
     pub outputs: Outputs,
+    /// A pixel and its sample that are told instead.
+    pub explain: Option<([u32; 2], u32)>,
     /// What to say about it.
     pub report: ReportArgs,
     /// What the user should know about the options.
@@ -181,7 +183,19 @@ impl RenderRequest {
             threads: args.speed.threads,
             simd: args.speed.simd,
         };
-        Ok(RenderRequest { scene: scene(args.scene), view, options, outputs, report: args.report, notes })
+        let explain = args.explain.pixel.map(|pixel| (pixel, args.explain.sample.unwrap_or(0)));
+        if let Some(([x, y], _)) = explain.filter(|([x, y], _)| *x >= width || *y >= height) {
+            return misuse(format!("--pixel {x},{y} is not in the frame of {width} × {height} pixels"));
+        }
+        Ok(RenderRequest { scene: scene(args.scene), view, options, outputs, explain, report: args.report, notes })
+    }
+
+    /// Refuses what only `comber render` does.
+    pub fn is_a_render(self) -> Result<Self> {
+        match self.explain {
+            Some(_) => misuse("--explain goes with `comber render` only"),
+            None => Ok(self),
+        }
     }
 }
 

@@ -133,6 +133,15 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// Two whole numbers.
+pub fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    match parts {
+        Some((Ok(x), Ok(y))) => Ok([x, y]),
+        _ => Err("must be two whole numbers, as in 240,180".into()),
+    }
+}
+
 /// `off`, `fixed:P` or `throughput[:START]`.
 pub fn roulette(text: &str) -> Result<Roulette, String> {
     let (kind, argument) = match text.split_once(':') {

@@ -259,3 +259,11 @@ impl<F: Lanes> Neg for V3<F> {
         V3::new(-self.x, -self.y, -self.z)
     }
 }
+
+impl V3<f32> {
+    /// Whether all components are 0.
+    #[inline(always)]
+    pub fn is_zero(self) -> bool {
+        self.x == 0.0 && self.y == 0.0 && self.z == 0.0
+    }
+}

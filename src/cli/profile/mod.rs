@@ -74,7 +74,7 @@ impl Profiled<'_> {
 pub fn run(args: ProfileArgs) -> anyhow::Result<Done> {
     let wants_picture = !args.render.output.output.is_empty() || args.render.output.rate.is_some();
     let options = args.profile;
-    let mut request = RenderRequest::new(args.render)?;
+    let mut request = RenderRequest::new(args.render)?.is_a_render()?;
     if !wants_picture {
         request.outputs.pictures.clear();
         request.outputs.rate = None;
