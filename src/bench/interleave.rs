@@ -59,10 +59,13 @@ pub struct Turns {
     pub best: Reading,
 }
 
+/// Fewer undisturbed samples than this have no spread, and without that everything would be a change.
+const FEWEST: usize = 2;
+
 /// What a contestant's samples say.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Summary {
-    /// Of the undisturbed samples; of all if none was undisturbed.
+    /// Of the undisturbed samples; of all if hardly any was undisturbed.
     pub rate: Quartiles,
     /// Samples behind `rate`.
     pub samples: usize,
@@ -70,7 +73,7 @@ pub struct Summary {
     pub disturbed: usize,
     /// The median of those.
     pub disturbed_rate: Option<f64>,
-    /// No sample was undisturbed.
+    /// So few samples were undisturbed that all count.
     pub all_disturbed: bool,
 }
 
@@ -78,9 +81,10 @@ impl Summary {
     /// Of `values`, each with whether it was disturbed.
     pub fn of(values: impl Iterator<Item = (f64, bool)>) -> Summary {
         let (bad, good): (Vec<_>, Vec<_>) = values.partition(|(_, disturbed)| *disturbed);
-        let all_disturbed = good.is_empty() && !bad.is_empty();
-        let counted = if all_disturbed { &bad } else { &good };
         let of = |values: &[(f64, bool)]| Quartiles::of(values.iter().map(|(value, _)| *value));
+        let all_disturbed = good.len() < FEWEST && !bad.is_empty();
+        let everything = [&good[..], &bad].concat();
+        let counted = if all_disturbed { &everything } else { &good };
         Summary {
             rate: of(counted),
             samples: counted.len(),
@@ -166,6 +170,13 @@ mod tests {
         let turns = turns(&[(4.0, BUSY)], &[(2.0, STILL)]);
         assert!(turns.ratio(0, 1).all_disturbed);
         assert_eq!(turns.ratio(0, 1).rate.median, 2.0);
+    }
+
+    #[test]
+    fn one_undisturbed_sample_alone_does_not_count() {
+        let summary = Summary::of([(4.0, false), (1.0, true), (2.0, true)].into_iter());
+        assert_eq!((summary.samples, summary.disturbed, summary.rate.median), (3, 2, 2.0));
+        assert!(summary.rate.low < summary.rate.high);
     }
 
     #[test]

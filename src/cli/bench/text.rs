@@ -91,7 +91,9 @@ fn spread(summary: &Summary) -> String {
 /// How many samples were taken, and what the disturbed ones say.
 fn samples(summary: &Summary, scale: f64) -> String {
     match summary.disturbed_rate {
-        Some(_) if summary.all_disturbed => format!("0 ({}: all)", summary.disturbed),
+        Some(_) if summary.all_disturbed => {
+            format!("{} ({}: all)", summary.samples - summary.disturbed, summary.disturbed)
+        }
         Some(rate) => format!("{} ({}: {:.2})", summary.samples, summary.disturbed, rate * scale),
         None => summary.samples.to_string(),
     }

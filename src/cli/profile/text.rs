@@ -1,7 +1,7 @@
 //! A profile for people.
 
 use super::{Placed, Profiled, rate};
-use crate::bench::record::{Change, Record};
+use crate::bench::record::{Change, Record, Verdict};
 use crate::cli::report::{self, Facts, table};
 use crate::measure::{processor, units};
 use crate::profile::bound::Placement;
@@ -227,6 +227,13 @@ fn against(changes: &[Change], earlier: &Record) -> String {
     }
     if changes.is_empty() {
         return text + "nothing to compare: the earlier figures are of other scenes or threads";
+    }
+    if let Some(control) = changes.iter().find(|c| c.now.who == "depth-first" && c.verdict != Verdict::Tie) {
+        text += &format!(
+            "warning: the depth-first control, which the change may not have touched, ran at {:.2} of its earlier rate: the machine \
+             itself was not the same\n",
+            control.ratio
+        );
     }
     let million = |rate: f64| format!("{:.2}", rate * 1e-6);
     let rows = changes.iter().map(|change| {
