@@ -19,8 +19,8 @@ use std::time::{Duration, Instant};
 
 const WAYS: [(&str, Option<Keep>); 3] = [
     ("plain", None),
-    ("stage table", Some(Keep { marks: false, counters: false })),
-    ("timeline", Some(Keep { marks: true, counters: false })),
+    ("stage table", Some(Keep { marks: false, counters: false, visits: false })),
+    ("timeline", Some(Keep { marks: true, counters: false, visits: false })),
 ];
 
 const ROUNDS: usize = 21;

@@ -33,7 +33,7 @@ fn options(threads: u32) -> RenderOptions {
     RenderOptions { width: 48, height: 40, samples: 8, threads: Some(threads), wave: Some(512), ..Default::default() }
 }
 
-const ALL: Wants = Wants { control: true, curve: false, timeline: true, counters: false };
+const ALL: Wants = Wants { control: true, curve: false, timeline: true, counters: false, pixels: true };
 
 fn profile(ready: &Ready, options: &RenderOptions, observer: &dyn Observer) -> (Plan, Measured) {
     let subject = Subject { scene: &ready.scene, accel: &ready.accel, camera: &ready.camera, options };
@@ -63,9 +63,10 @@ fn rows_are_the_rays_that_the_reference_traces() {
             assert_eq!(traverse.counts.rays + shadow.counts.rays, rays.all());
         }
         // The same rays again, one at a time, pixel by pixel.
-        let samples: f32 = measured.pixels.samples.iter().sum();
+        let pixels = measured.pixels.as_ref().unwrap();
+        let samples: f32 = pixels.samples.iter().sum();
         assert_eq!(samples as u64, rays.camera);
-        let bounces: f64 = measured.pixels.bounces.iter().map(|&b| f64::from(b)).sum::<f64>() * 8.0;
+        let bounces: f64 = pixels.bounces.iter().map(|&b| f64::from(b)).sum::<f64>() * 8.0;
         assert!((bounces - rays.bounce as f64).abs() < 0.5, "{bounces} {}", rays.bounce);
 
         let table = StageTable::new(&plan, &measured);
@@ -112,7 +113,7 @@ fn parts_sum_to_the_whole() {
         let by_worker: f64 = table.workers.iter().flat_map(|worker| &worker.stages).map(|stage| stage.seconds).sum();
         assert!((by_worker - bounces).abs() < 1e-9);
 
-        let pixels: f64 = measured.pixels.time.iter().map(|&micros| f64::from(micros)).sum();
+        let pixels: f64 = measured.pixels.as_ref().unwrap().time.iter().map(|&micros| f64::from(micros)).sum();
         let stages = ledger.stage_nanos() as f64 * 1e-3;
         assert!((pixels / stages - 1.0).abs() < 1e-3, "{pixels} {stages}");
 

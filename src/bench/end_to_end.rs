@@ -74,10 +74,7 @@ impl Subject<'_> {
         // Once for nothing: it warms caches and page tables, and proves that there is one picture to race for.
         let (picture, rays) = self.by_waves()?;
         step();
-        let (expected, expected_rays) = self.depth_first()?;
-        if !picture.same_bits(&expected) || rays != expected_rays {
-            return Err(Error::Scene("waves and the depth-first reference render different pictures".into()));
-        }
+        self.check_depth_first(&picture, rays)?;
         let count = rays.all();
         let mut failure = None;
         let options = self.options;
@@ -112,6 +109,18 @@ impl Subject<'_> {
         let plan = Plan::new(self.scene, self.accel, self.options)?;
         let outcome = drive::render(self.scene, self.accel, self.camera, &plan, &Unobserved)?;
         Ok((outcome.picture, outcome.stats.rays))
+    }
+
+    /// Renders depth first, and compares with what waves rendered.
+    ///
+    /// # Errors
+    /// Those of rendering; and pictures or rays that are not the same to the bit.
+    pub fn check_depth_first(&self, picture: &Picture, rays: RayCounts) -> Result<()> {
+        let (expected, expected_rays) = self.depth_first()?;
+        if !picture.same_bits(&expected) || rays != expected_rays {
+            return Err(Error::Scene("waves and the depth-first reference render different pictures".into()));
+        }
+        Ok(())
     }
 
     /// One path at a time, tiles in parallel, in a pool that is started here because waves start theirs too.

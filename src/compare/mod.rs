@@ -30,6 +30,7 @@ pub mod squared;
 pub mod ssim;
 pub mod z_test;
 
+use crate::film::tile::luminance;
 use serde::Serialize;
 
 use pair::Pair;
@@ -74,11 +75,6 @@ impl Channels {
     pub fn map(self, f: impl Fn(f64) -> f64) -> Channels {
         Channels { rgb: f(self.rgb), each: self.each.map(&f), luminance: f(self.luminance) }
     }
-}
-
-/// Rec. 709 luminance of linear colours.
-pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// All figures of a comparison. Those that cannot be known are none; a PSNR without error is infinite.

@@ -150,8 +150,9 @@ impl Tile {
 }
 
 /// Relative luminance of linear Rec. 709.
-pub fn luminance([r, g, b]: [f32; 3]) -> f64 {
-    0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
+pub fn luminance<T: Into<f64>>(colour: [T; 3]) -> f64 {
+    let [r, g, b] = colour.map(T::into);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Tiles that cover `cell`, in Morton order, their pixels too.

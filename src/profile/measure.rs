@@ -9,7 +9,7 @@ use crate::bench::interleave::{Effort, Summary, Turn, Turns, interleave};
 use crate::bench::probe::Probe;
 use crate::bench::statistics::Quartiles;
 use crate::drive::{self, Outcome};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::observer::Observer;
 use crate::options::RenderOptions;
 use crate::plan::Plan;
@@ -28,6 +28,8 @@ pub struct Wants {
     pub timeline: bool,
     /// What the processor counts; only if it can be asked.
     pub counters: bool,
+    /// Maps of what pixels cost: all rays once more, one after another.
+    pub pixels: bool,
 }
 
 /// A timed render.
@@ -45,8 +47,8 @@ pub struct Timed {
 pub struct Measured {
     /// What the render that counts did: rows, and what they visited.
     pub counted: Ledger,
-    /// Its maps.
-    pub pixels: PixelCost,
+    /// Its maps, where they were wanted.
+    pub pixels: Option<PixelCost>,
     /// What it came to.
     pub outcome: Outcome,
     /// The timed ones, in order.
@@ -120,10 +122,11 @@ pub fn measure(
         done += 1;
     };
     next();
-    let counter = PixelCounter::new(subject.accel, &plan, observer);
-    let (outcome, counted, _) = record(subject, &plan, Keep::default(), &counter)?;
+    let counter = wants.pixels.then(|| PixelCounter::new(subject.accel, &plan, observer));
+    let counting: &dyn Observer = counter.as_ref().map_or(observer, |counter| counter);
+    let (outcome, counted, _) = record(subject, &plan, Keep { visits: true, ..Keep::default() }, counting)?;
 
-    let keep = Keep { marks: false, counters: wants.counters };
+    let keep = Keep { counters: wants.counters, ..Keep::default() };
     let (mut timed, mut failure) = (Vec::new(), None);
     let count = outcome.stats.rays.all();
     let mut probe = Probe::new();
@@ -136,7 +139,7 @@ pub fn measure(
                 timed.push(Timed { ledger: Ledger::sum(&workers), workers, wall });
             })
         } else {
-            control(subject, &outcome)
+            subject.check_depth_first(&outcome.picture, outcome.stats.rays)
         };
         failure = failure.take().or(result.err());
         Turn { rate: count as f64 / start.elapsed().as_secs_f64(), waited: 0.0 }
@@ -147,11 +150,11 @@ pub fn measure(
     let timeline = match wants.timeline {
         true => {
             next();
-            Some(record(subject, &plan, Keep { marks: true, counters: false }, observer)?.2)
+            Some(record(subject, &plan, Keep { marks: true, ..Keep::default() }, observer)?.2)
         }
         false => None,
     };
-    let pixels = counter.maps(&median(&timed).ledger);
+    let pixels = counter.map(|counter| counter.maps(&median(&timed).ledger));
     let curve = match wants.curve {
         true => wave_curve(subject, &plan, median(&timed).wall, &mut probe, observer)?,
         false => Vec::new(),
@@ -171,15 +174,6 @@ fn record(
     let outcome = drive::render(subject.scene, subject.accel, subject.camera, plan, &recorder)?;
     let (workers, timeline) = recorder.finish();
     Ok((outcome, workers, timeline))
-}
-
-/// Renders depth first, and compares.
-fn control(subject: &Subject, expected: &Outcome) -> Result<()> {
-    let (picture, rays) = subject.depth_first()?;
-    if rays != expected.stats.rays || !picture.same_bits(&expected.picture) {
-        return Err(Error::Scene("waves and the depth-first reference render different pictures".into()));
-    }
-    Ok(())
 }
 
 /// Rows of the curve's waves.

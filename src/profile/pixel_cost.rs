@@ -141,8 +141,4 @@ impl Observer for PixelCounter<'_> {
     fn stop(&self) -> bool {
         self.next.stop()
     }
-
-    fn counts(&self) -> bool {
-        true
-    }
 }

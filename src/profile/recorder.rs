@@ -27,6 +27,8 @@ pub struct Keep {
     pub marks: bool,
     /// What the processor counts.
     pub counters: bool,
+    /// What rays visit, which slows traversal.
+    pub visits: bool,
 }
 
 #[derive(Default)]
@@ -100,6 +102,6 @@ impl Observer for Recorder<'_> {
     }
 
     fn counts(&self) -> bool {
-        self.next.counts()
+        self.keep.visits || self.next.counts()
     }
 }

@@ -43,6 +43,17 @@ pub fn trace_one<N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, co
     }
 }
 
+/// A ray for which the box test of many is not exact enough: it starts far away.
+#[cold]
+#[inline(never)]
+pub fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
+    tree: &Tree<'_, N>,
+    ray: &Ray,
+    counts: &mut TraversalCounts,
+) -> Hit {
+    trace_one::<N, I, ANY, true, COUNT>(tree, ray, &mut Stack::new(), counts)
+}
+
 /// A ray of a caller that has no batch, as [`trace_one`] traces it.
 pub struct OneRay<'a, const ANY: bool> {
     pub ray: &'a Ray,

@@ -46,7 +46,8 @@ impl<'a> Files<'a> {
             results.extend(trace.iter().map(|path| timeline.write_trace(path)));
             results.extend(folded.iter().map(|path| timeline.write_folded(path)));
         }
-        results.extend(maps.iter().map(|name| write_maps(name, &profiled.measured.pixels)));
+        let pixels = profiled.measured.pixels.iter();
+        results.extend(maps.iter().zip(pixels).map(|(name, pixels)| write_maps(name, pixels)));
         results.into_iter().collect::<Result<()>>()?;
         Ok(self.paths())
     }

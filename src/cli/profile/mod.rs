@@ -1,6 +1,7 @@
 //! `comber profile`.
 
 pub mod args;
+mod cells;
 mod files;
 mod html;
 mod text;
@@ -100,6 +101,7 @@ pub fn run(args: ProfileArgs) -> anyhow::Result<Done> {
     super::render::check_memory(&plan, request.scene.storage.memory_limit)?;
     let no_counters = Counters::open().err();
     let wants = Wants {
+        pixels: options.maps.is_some() || options.html.is_some(),
         control: !options.no_control,
         curve: options.curve || options.html.is_some(),
         timeline: options.trace.is_some() || options.folded.is_some(),
@@ -155,10 +157,11 @@ fn outputs_written(pictures: &[PathBuf], written: &[PathBuf], save: Option<&Path
     if text.is_empty() { text } else { format!("\n{text}\n") }
 }
 
+/// Parts of a render that progress tells apart.
+const STEPS: u64 = 1000;
+
 /// Measures, with progress on the terminal.
 fn watch(loaded: &Loaded, request: &RenderRequest, wants: Wants, repeats: usize) -> Result<Measured> {
-    /// Parts of a render that progress tells apart.
-    const STEPS: u64 = 1000;
     let progress = Progress::new("profiling", STEPS, !request.report.quiet);
     let watch = Watch { progress: &progress, render: AtomicU64::new(0), renders: AtomicU64::new(1) };
     let subject =
@@ -183,8 +186,8 @@ struct Watch<'a> {
 impl Observer for Watch<'_> {
     fn samples(&self, done: u64, total: u64) {
         let (render, renders) = (self.render.load(Ordering::Relaxed), self.renders.load(Ordering::Relaxed));
-        let part = (1000 * done).checked_div(total).unwrap_or(0);
-        self.progress.set_of(render * 1000 + part, renders * 1000);
+        let part = (STEPS * done).checked_div(total).unwrap_or(0);
+        self.progress.set_of(render * STEPS + part, renders * STEPS);
     }
 }
 

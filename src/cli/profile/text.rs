@@ -1,5 +1,6 @@
 //! A profile for people.
 
+use super::cells::{self, TIMES, percent};
 use super::{Placed, Profiled, rate};
 use crate::bench::record::{Change, Record, Verdict};
 use crate::cli::report::{self, Facts, table};
@@ -84,22 +85,7 @@ fn rows(stages: &StageTable) -> impl Iterator<Item = (String, &StageRow)> {
 }
 
 fn times(stages: &StageTable) -> String {
-    let rows = rows(stages).map(|(name, row)| {
-        [
-            name,
-            units::count(row.calls),
-            units::count(row.rows_in),
-            units::count(row.rows_out),
-            format!("{:.2}", row.seconds * 1e3),
-            percent(row.share),
-            format!("{:.2}", row.nanos_a_row.median),
-            format!("{:.2}–{:.2}", row.nanos_a_row.low, row.nanos_a_row.high),
-            row.rays_a_second.map_or("–".into(), |rays| format!("{:.2}", rays * 1e-6)),
-        ]
-    });
-    let headings =
-        ["stage", "calls", "rows in", "rows out", "thread ms", "share", "ns/row", "quartiles", "Mray/s a thread"];
-    table(headings, 1, rows)
+    table(TIMES, 1, rows(stages).map(|(name, row)| cells::times(name, row)))
 }
 
 fn work(stages: &StageTable) -> String {
@@ -249,8 +235,4 @@ fn against(changes: &[Change], earlier: &Record) -> String {
         ]
     });
     text + &table(["stage/bounce", "Mrow/s", "quartiles", "before", "quartiles", "ratio", ""], 1, rows)
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
 }

@@ -37,8 +37,7 @@ mod stack;
 
 use super::Tree;
 use super::leaf::{count_block, count_vectors};
-use super::single::trace_one;
-use super::stack::Stack;
+use super::single::alone;
 use crate::bvh::child::Child;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
@@ -87,7 +86,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             if packet.unsuited >> ray & 1 == 0 {
                 finish(row, packet.hit(ray));
             } else {
-                finish(row, alone::<N, I, ANY, COUNT>(tree, &rays, row, &mut counts));
+                finish(row, alone::<N, I, ANY, COUNT>(tree, &rays.ray(row), &mut counts));
             }
         }
         packet.len = 0;
@@ -100,18 +99,6 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             }
         }
     }
-}
-
-/// A ray for which the box test of many is not exact enough: it starts far away.
-#[cold]
-#[inline(never)]
-fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
-    rays: &RayColumns<'_>,
-    row: usize,
-    counts: &mut TraversalCounts,
-) -> Hit {
-    trace_one::<N, I, ANY, true, COUNT>(tree, &rays.ray(row), &mut Stack::new(), counts)
 }
 
 /// Counts the vectors, of a ray a lane, in which any ray of `mask` stands.

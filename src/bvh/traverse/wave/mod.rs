@@ -34,14 +34,14 @@ mod setup;
 mod slot;
 mod spheres;
 
+use super::Tree;
 use super::leaf::{count_block, count_node, count_vectors};
-use super::single::trace_one;
-use super::{Stack, Tree};
+use super::single::alone;
 use crate::bvh::child::Child;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
-use crate::bvh::ray::{Hit, Ray};
+use crate::bvh::ray::Hit;
 use crate::simd::wide::Wide;
 use crate::simd::{Address, prefetch_line};
 use leaves::NO_CANDIDATES;
@@ -156,17 +156,6 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             at_nodes = spheres.part_to(wide, at_spheres, &mut nodes, at_nodes, &mut leaves, &mut at_leaves);
         }
     }
-}
-
-/// A ray for which the box test of many is not exact enough: it starts far away.
-#[cold]
-#[inline(never)]
-fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
-    ray: &Ray,
-    counts: &mut TraversalCounts,
-) -> Hit {
-    trace_one::<N, I, ANY, true, COUNT>(tree, ray, &mut Stack::new(), counts)
 }
 
 /// What the ray in a slot visits next. Fetches it.

@@ -25,7 +25,7 @@ fn page(profiled: &Profiled) -> String {
         ("Where the time goes", time(profiled)),
         ("By stage and bounce", bounces(profiled)),
         ("Beside the machine's ceilings", ceilings(profiled)),
-        ("What each pixel cost", images::maps(&profiled.measured.pixels)),
+        ("What each pixel cost", profiled.measured.pixels.as_ref().map_or(String::new(), images::maps)),
         ("Size of a wave", curve(profiled)),
         ("Compared", compared(profiled)),
         ("Plan", tables::plan(profiled.plan)),

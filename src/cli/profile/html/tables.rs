@@ -2,6 +2,7 @@
 
 use crate::bench::record::{Change, Record};
 use crate::cli::html::table;
+use crate::cli::profile::cells::{TIMES, percent, times};
 use crate::cli::profile::{Placed, Profiled};
 use crate::measure::plot::escape;
 use crate::measure::{processor, units};
@@ -9,14 +10,8 @@ use crate::plan::Plan;
 use crate::profile::ceilings::Ceilings;
 use crate::profile::stage_table::{StageRow, StageTable};
 
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
-}
-
 /// Times of some rows, and below them what the rows did.
 fn times_and_work<'a>(class: &'static str, rows: impl Iterator<Item = (String, &'a StageRow)> + Clone) -> String {
-    let time_headings =
-        ["stage", "calls", "rows in", "rows out", "thread ms", "share", "ns/row", "quartiles", "Mray/s a thread"];
     let work_headings = [
         "stage",
         "B read/row",
@@ -29,23 +24,9 @@ fn times_and_work<'a>(class: &'static str, rows: impl Iterator<Item = (String, &
         "primitives/ray",
         "instructions/row",
     ];
-    let times = table(&time_headings, rows.clone().map(|(name, row)| (class, times(name, row))));
+    let times = table(&TIMES, rows.clone().map(|(name, row)| (class, times(name, row).into())));
     let work = table(&work_headings, rows.map(|(name, row)| (class, work(name, row))));
     format!("<div class=\"wide\">{times}</div>\n<div class=\"wide\">{work}</div>\n")
-}
-
-fn times(name: String, row: &StageRow) -> Vec<String> {
-    vec![
-        name,
-        units::count(row.calls),
-        units::count(row.rows_in),
-        units::count(row.rows_out),
-        format!("{:.2}", row.seconds * 1e3),
-        percent(row.share),
-        format!("{:.2}", row.nanos_a_row.median),
-        format!("{:.2}–{:.2}", row.nanos_a_row.low, row.nanos_a_row.high),
-        row.rays_a_second.map_or("–".into(), |rays| format!("{:.2}", rays * 1e-6)),
-    ]
 }
 
 fn work(name: String, row: &StageRow) -> Vec<String> {
