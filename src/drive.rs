@@ -12,6 +12,7 @@ pub use crate::observer::{Observer, Unobserved};
 use crate::observer::{Part, Queue, Slice, Work};
 use crate::plan::Plan;
 use crate::sampling::lanes::Lanes as _;
+use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
@@ -58,7 +59,7 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observ
         lens: camera.lens(options.width, options.height),
         transport: Transport::new(options, &scene.lights),
         features: plan.features,
-        seed: options.seed,
+        sampler: Sampler::new(options),
         tier: Tier::detect(options.simd)?,
         counts: observer.counts(),
     };
@@ -94,7 +95,7 @@ fn passes(shared: &Shared, tiles: &mut [Tile]) -> bool {
     let options = &shared.plan.options;
     let mut first = 0;
     while first < options.samples {
-        let step = options.adaptive.map_or(first.clamp(1, PASS), |a| a.batch).min(options.samples - first);
+        let step = options.adaptive.map_or(first.clamp(1, PASS), |a| a.step(first)).min(options.samples - first);
         let active: u64 = tiles.iter().map(|t| t.active.len() as u64).sum();
         if active == 0 {
             return false;
@@ -173,7 +174,8 @@ fn spans_of(group: &[Tile], width: u32, first: u32, step: u32) -> Vec<Span> {
         .flat_map(|(t, tile)| tile.active.iter().map(move |&local| (t, tile, local)))
         .map(|(t, tile, local)| {
             let (x, y) = (tile.x[local as usize], tile.y[local as usize]);
-            Span { x, y, pixel: y * width + x, first, count: step, tile: t as u32, local }
+            let (first, stride, count) = tile.wanted(local as usize, first, step);
+            Span { x, y, pixel: y * width + x, first, stride, count, tile: t as u32, local }
         })
         .collect()
 }
@@ -187,7 +189,7 @@ fn next_batch(rest: &mut &[Span], cut: &mut Option<Span>, mut rows: u32) -> Vec<
         batch.push(Span { count, ..span });
         rows -= count;
         if count < span.count {
-            *cut = Some(Span { first: span.first + count, count: span.count - count, ..span });
+            *cut = Some(Span { first: span.first + count * span.stride, count: span.count - count, ..span });
         }
     }
     batch

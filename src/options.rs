@@ -54,6 +54,19 @@ pub enum Direct {
     Mis,
 }
 
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampler {
+    /// A hash: numbers that know nothing of each other.
+    Independent,
+    /// Owen-scrambled Sobol points, for each pixel its own.
+    #[default]
+    Sobol,
+    /// Owen-scrambled Sobol points that the pixels share, so that errors of neighbours cancel.
+    BlueNoise,
+}
+
 /// When a path ends early.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -86,17 +99,79 @@ pub enum Confidence {
     T,
 }
 
+/// What it takes to believe a test that says a pixel has samples enough.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trust {
+    /// One test, as in the course.
+    #[default]
+    Once,
+    /// Two tests in succession.
+    Twice,
+    /// Half of the samples decides for the other half, which knows nothing of the decision.
+    Halves,
+}
+
+/// When tests are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tests {
+    /// After every batch, as in the course.
+    #[default]
+    Batches,
+    /// After one batch, two, four, eight.
+    Doubling,
+}
+
+/// What stops together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Area {
+    /// Every pixel by itself, as in the course.
+    #[default]
+    Pixel,
+    /// The pixels of a tile, when the root mean square of their intervals is narrow enough.
+    Tile,
+}
+
 /// Adaptive sampling: a pixel retires when its 95 % interval is narrow enough.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Adaptive {
     /// Samples between tests.
     pub batch: u32,
+    /// When tests are made.
+    pub tests: Tests,
+    /// What a test must be.
+    pub trust: Trust,
+    /// What stops together.
+    pub area: Area,
     /// Largest half-width of the interval, as a fraction of the mean luminance.
     pub tolerance: f32,
     /// Quantile.
     pub confidence: Confidence,
     /// No pixel retires with fewer samples.
     pub min_samples: u32,
+}
+
+impl Adaptive {
+    /// The course's rule: after every 32 samples, at a tolerance of 5 %, by the normal quantile.
+    pub const COURSE: Adaptive = Adaptive {
+        batch: 32,
+        tests: Tests::Batches,
+        trust: Trust::Once,
+        area: Area::Pixel,
+        tolerance: 0.05,
+        confidence: Confidence::Z,
+        min_samples: 2,
+    };
+
+    /// How many samples lie between the tests behind `done` samples.
+    pub fn step(&self, done: u32) -> u32 {
+        match self.tests {
+            Tests::Batches => self.batch,
+            Tests::Doubling => done.max(self.batch),
+        }
+    }
 }
 
 /// Which structure answers ray queries.
@@ -240,6 +315,10 @@ pub struct RenderOptions {
     pub roulette: Roulette,
     /// Adaptive sampling, or every pixel gets all its samples.
     pub adaptive: Option<Adaptive>,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+    /// Independent sequences that the samples of a pixel are dealt to in turn: a power of two.
+    pub replicates: u32,
     /// Seed of all random numbers.
     pub seed: u32,
     /// What answers ray queries.
@@ -267,6 +346,8 @@ impl Default for RenderOptions {
             direct: Direct::Mis,
             roulette: Roulette::default(),
             adaptive: None,
+            sampler: Sampler::default(),
+            replicates: 1,
             seed: 0,
             accel: AccelOptions::default(),
             aovs: false,

@@ -14,7 +14,8 @@ use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
 use crate::material::diffuse;
 use crate::options::{Cell, Direct, Integrator, RenderOptions};
 use crate::sampling::lanes::V3;
-use crate::sampling::random::{Dimensions, uniform4};
+use crate::sampling::random::Dimensions;
+use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
 use crate::scene::surface::SurfacePoint;
@@ -92,6 +93,7 @@ struct Tracer<'a> {
     options: &'a RenderOptions,
     lens: Lens,
     transport: Transport,
+    sampler: Sampler,
 }
 
 /// A path under way.
@@ -109,28 +111,30 @@ struct Path {
 impl<'a> Tracer<'a> {
     fn new(scene: &'a Scene, accel: &'a Accel, camera: &Camera, options: &'a RenderOptions) -> Tracer<'a> {
         let lens = camera.lens(options.width, options.height);
-        Tracer { scene, accel, options, lens, transport: Transport::new(options, &scene.lights) }
+        let transport = Transport::new(options, &scene.lights);
+        Tracer { scene, accel, options, lens, transport, sampler: Sampler::new(options) }
     }
 
     /// All samples of a tile's pixels, one after another.
     #[inline(always)]
     fn render_tile(&self, tile: &mut Tile) -> RayCounts {
         let mut rays = Rays { single: self.accel.single(), counts: RayCounts::default(), witness: () };
-        let batch = self.options.adaptive.map_or(self.options.samples, |a| a.batch);
         let mut first = 0;
         while first < self.options.samples && !tile.active.is_empty() {
-            let end = first.saturating_add(batch).min(self.options.samples);
+            let step = self.options.adaptive.map_or(self.options.samples, |rule| rule.step(first));
+            let step = step.min(self.options.samples - first);
             for local in tile.active.clone() {
                 let local = local as usize;
-                for index in first..end {
+                let (from, stride, count) = tile.wanted(local, first, step);
+                for index in (0..count).map(|k| from + k * stride) {
                     let sample = self.sample(tile.x[local], tile.y[local], index, &mut rays);
-                    tile.add(local, &sample);
+                    tile.add(local, index, &sample);
                 }
             }
             if let Some(rule) = &self.options.adaptive {
                 tile.retire(rule);
             }
-            first = end;
+            first += step;
         }
         rays.counts
     }
@@ -139,7 +143,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn sample(&self, x: u32, y: u32, index: u32, rays: &mut Rays<impl Witness>) -> Sample {
         let pixel = y * self.options.width + x;
-        let [u, v, ..] = uniform4(pixel, index, Dimensions::CAMERA, self.options.seed);
+        let [u, v, ..] = self.sampler.draw(pixel, index, Dimensions::CAMERA);
         let mut path = Path {
             pixel,
             index,
@@ -233,7 +237,7 @@ impl<'a> Tracer<'a> {
         rays: &mut Rays<W>,
     ) {
         let (scene, transport) = (self.scene, &self.transport);
-        let random = uniform4(path.pixel, path.index, transport.dimensions.light(depth, k), self.options.seed);
+        let random = self.sampler.draw(path.pixel, path.index, transport.dimensions.light(depth, k));
         let vertex = Vertex { beta: path.beta, albedo, normal: at.normal, geometric: at.geometric };
         if transport.direct == Direct::Hemisphere {
             let uv = [random[0], random[1]];
@@ -277,7 +281,7 @@ impl<'a> Tracer<'a> {
         albedo: V3<f32>,
         rays: &mut Rays<W>,
     ) -> bool {
-        let random = uniform4(path.pixel, path.index, self.transport.dimensions.bounce(depth), self.options.seed);
+        let random = self.sampler.draw(path.pixel, path.index, self.transport.dimensions.bounce(depth));
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
         let survival = self.transport.survival(depth, beta);

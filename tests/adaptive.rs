@@ -14,7 +14,8 @@ use glam::Vec3;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-const RULE: Adaptive = Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::T, min_samples: 16 };
+const RULE: Adaptive =
+    Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::T, min_samples: 16, ..Adaptive::COURSE };
 
 fn small() -> RenderOptions {
     RenderOptions { width: 40, height: 28, samples: 100, aovs: true, ..RenderOptions::default() }
@@ -101,7 +102,7 @@ fn counts_are_whole_batches_between_the_least_and_the_most() {
     for (batch, min_samples, samples) in [(1, 2, 20), (1, 10, 20), (7, 2, 100), (7, 30, 100), (16, 17, 64), (64, 2, 50)]
     {
         for confidence in [Confidence::Z, Confidence::T] {
-            let rule = Adaptive { batch, min_samples, confidence, tolerance: 0.3 };
+            let rule = Adaptive { batch, min_samples, confidence, tolerance: 0.3, ..Adaptive::COURSE };
             let options = RenderOptions { samples, ..small() };
             let outcome = ready.render(&adaptive(rule, &options));
             for &n in counts(&outcome.picture) {
@@ -150,7 +151,7 @@ fn the_wider_interval_never_stops_first() {
     let mut extra = Vec::new();
     for batch in [2, 4, 32] {
         let [z, t] = [Confidence::Z, Confidence::T].map(|confidence| {
-            let rule = Adaptive { batch, min_samples: 2, confidence, tolerance: 0.1 };
+            let rule = Adaptive { batch, min_samples: 2, confidence, tolerance: 0.1, ..Adaptive::COURSE };
             ready.render(&adaptive(rule, &RenderOptions { samples: 256, ..small() })).picture
         });
         let pairs = counts(&z).iter().zip(counts(&t));
@@ -173,7 +174,7 @@ fn stopping_when_it_looks_good_costs_little() {
     // Pixels without light have nothing to be near to.
     let lit: Vec<usize> = (0..truth.beauty.len()).filter(|&i| truth.beauty[i][0] > 0.01).collect();
     for (confidence, batch) in [(Confidence::T, 16), (Confidence::Z, 16), (Confidence::T, 4)] {
-        let rule = Adaptive { batch, min_samples: batch, confidence, tolerance: 0.1 };
+        let rule = Adaptive { batch, min_samples: batch, confidence, tolerance: 0.1, ..Adaptive::COURSE };
         let (mut biases, mut covered) = (Vec::new(), Vec::new());
         for seed in 0..40 {
             let picture =

@@ -37,7 +37,7 @@ fn tiers() -> Vec<Simd> {
 }
 
 fn rule() -> Option<Adaptive> {
-    Some(Adaptive { batch: 4, tolerance: 0.2, confidence: Confidence::T, min_samples: 8 })
+    Some(Adaptive { batch: 4, tolerance: 0.2, confidence: Confidence::T, min_samples: 8, ..Adaptive::COURSE })
 }
 
 /// The bytes of an EXR and of a PNG file of the picture.

@@ -71,7 +71,7 @@ fn every_roulette_rule_agrees_to_the_bit() {
 fn adaptive_sampling_agrees_to_the_bit() {
     let ready = Ready::course(&common::own("cornell_spheres.dae"), Normals::Flat);
     for confidence in [Confidence::Z, Confidence::T] {
-        let rule = Adaptive { batch: 16, tolerance: 0.2, confidence, min_samples: 16 };
+        let rule = Adaptive { batch: 16, tolerance: 0.2, confidence, min_samples: 16, ..Adaptive::COURSE };
         let options = RenderOptions { adaptive: Some(rule), samples: 100, aovs: true, ..small() };
         check(&ready, &options, &format!("{confidence:?}"));
         let counts = ready.render(&options).picture.sample_count.expect("counts");

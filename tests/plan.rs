@@ -26,7 +26,8 @@ const INTEGRATORS: [Integrator; 7] = [
 ];
 const DIRECTS: [Direct; 4] = [Direct::Mis, Direct::Light, Direct::Hemisphere, Direct::Bsdf];
 const ROULETTES: [Roulette; 3] = [Roulette::Off, Roulette::Fixed(0.7), Roulette::Throughput { start: 3 }];
-const RULE: Adaptive = Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::T, min_samples: 16 };
+const RULE: Adaptive =
+    Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::T, min_samples: 16, ..Adaptive::COURSE };
 
 /// Triangles alone, flat and smooth; spheres alone; both; nothing that emits.
 fn scenes() -> Vec<Ready> {
@@ -240,7 +241,9 @@ fn film_and_picture_take_the_bytes_that_are_predicted() {
                     size_of_val(&t.x[..])
                         + size_of_val(&t.y[..])
                         + size_of_val(&t.active[..])
-                        + size_of_val(&t.tried[..])
+                        + size_of_val(&t.open[..])
+                        + size_of_val(&t.passed[..])
+                        + t.sequences.bytes()
                         + size_of_val(&t.count[..])
                         + size_of_val(&t.mean[..])
                         + size_of_val(&t.m2[..])

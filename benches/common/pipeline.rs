@@ -4,6 +4,7 @@ use super::Ready;
 use comber::film::tile::{FilmLayout, Tile, tiles};
 use comber::options::{Cell, RenderOptions};
 use comber::plan::Plan;
+use comber::sampling::sampler::Sampler;
 use comber::simd::Tier;
 use comber::stages::{self, Context, shade};
 use comber::transport::Transport;
@@ -31,7 +32,7 @@ impl<'a> Pipeline<'a> {
             lens: ready.camera.lens(options.width, options.height),
             transport: Transport::new(options, &ready.scene.lights),
             features: plan.features,
-            seed: options.seed,
+            sampler: Sampler::new(options),
             tier,
             counts: false,
         };
@@ -41,7 +42,7 @@ impl<'a> Pipeline<'a> {
         let span = |tile: usize, local: usize| {
             let (x, y) = (tiles[tile].x[local], tiles[tile].y[local]);
             let pixel = y * options.width + x;
-            Span { x, y, pixel, first: 0, count: SAMPLES, tile: tile as u32, local: local as u32 }
+            Span { x, y, pixel, first: 0, stride: 1, count: SAMPLES, tile: tile as u32, local: local as u32 }
         };
         let chosen = (0..blocks).map(|block| block * tiles.len() / blocks);
         // Pixels of a tile are in Morton order, so the first sixteen are a square.

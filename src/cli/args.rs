@@ -5,7 +5,8 @@ use super::diff::args::DiffArgs;
 use super::profile::args::ProfileArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
-    Accel, Confidence, Direct, Integrator, Intersection, NodeFormat, Normals, Quality, Roulette, Simd,
+    Accel, Area, Confidence, Direct, Integrator, Intersection, NodeFormat, Normals, Quality, Roulette, Sampler, Simd,
+    Tests, Trust,
 };
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
@@ -316,10 +317,27 @@ pub struct SamplingArgs {
     /// With -a, the quantile of the confidence interval [default: t].
     #[arg(long, value_name = "KIND", requires = "adaptive", value_parser = choice(CONFIDENCES))]
     pub confidence: Option<Confidence>,
+    /// With -a, when tests are made [default: batches].
+    #[arg(long, value_name = "WHEN", requires = "adaptive", value_parser = choice(TESTS))]
+    pub adaptive_tests: Option<Tests>,
+    /// With -a, which test is believed [default: once].
+    #[arg(long, value_name = "WHICH", requires = "adaptive", value_parser = choice(TRUSTS))]
+    pub adaptive_trust: Option<Trust>,
+    /// With -a, what stops together [default: pixel].
+    #[arg(long, value_name = "WHAT", requires = "adaptive", value_parser = choice(AREAS))]
+    pub adaptive_area: Option<Area>,
     /// With -a, no pixel stops with fewer samples [default: BATCH, at least 2].
     #[arg(long, value_name = "N", requires = "adaptive", value_parser = whole(2, MAX_SAMPLES),
           allow_negative_numbers = true)]
     pub min_samples: Option<u32>,
+    /// Where random numbers come from.
+    #[arg(long, value_name = "HOW", default_value = "sobol", value_parser = choice(SAMPLERS))]
+    pub sampler: Sampler,
+    /// Deal the samples of a pixel to N sequences that know nothing of each other, N a power of two: standard errors are right
+    /// then, where they are an upper bound with 1; with less accuracy for the same samples [default: 1; with -a and
+    /// a sampler other than independent, 16].
+    #[arg(long, value_name = "N", value_parser = values::power_of_two, allow_negative_numbers = true)]
+    pub replicates: Option<u32>,
     /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0, u32::MAX),
           allow_negative_numbers = true)]
@@ -448,6 +466,32 @@ const NORMALS: &[(&str, &str, Normals)] = &[
 const CONFIDENCES: &[(&str, &str, Confidence)] = &[
     ("z", "normal: 1.96, as in the course", Confidence::Z),
     ("t", "Student's t, wider for few samples", Confidence::T),
+];
+
+const TESTS: &[(&str, &str, Tests)] = &[
+    ("batches", "after every BATCH samples, as in the course", Tests::Batches),
+    ("doubling", "after BATCH samples, twice, four times, eight times as many", Tests::Doubling),
+];
+
+const TRUSTS: &[(&str, &str, Trust)] = &[
+    ("once", "one test that is passed, as in the course", Trust::Once),
+    ("twice", "two in succession", Trust::Twice),
+    ("halves", "each half of the samples stops by what the other half says", Trust::Halves),
+];
+
+const AREAS: &[(&str, &str, Area)] = &[
+    ("pixel", "every pixel by itself, as in the course", Area::Pixel),
+    ("tile", "16 by 16 pixels, by the root mean square of their intervals", Area::Tile),
+];
+
+const SAMPLERS: &[(&str, &str, Sampler)] = &[
+    ("independent", "every number on its own", Sampler::Independent),
+    ("sobol", "Owen-scrambled Sobol points: spread evenly, less noise", Sampler::Sobol),
+    (
+        "blue-noise",
+        "Sobol points that pixels share: what noise is left looks finer, for few samples",
+        Sampler::BlueNoise,
+    ),
 ];
 
 const INTEGRATORS: &[(&str, &str, Integrator)] = &[

@@ -9,7 +9,7 @@ use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
 use crate::options::{
-    Accel, AccelOptions, Adaptive, Cell, Confidence, Direct, Integrator, Intersection, NodeFormat, RenderOptions,
+    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, NodeFormat, RenderOptions, Sampler, Trust,
 };
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
@@ -176,6 +176,8 @@ impl RenderRequest {
             direct,
             roulette: args.transport.roulette,
             adaptive: adaptive(&args.sampling, &mut notes)?,
+            sampler: args.sampling.sampler,
+            replicates: replicates(&args.sampling)?,
             seed: args.sampling.seed,
             accel: accel(&args.speed.accel)?,
             aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
@@ -327,6 +329,28 @@ fn beside(path: &Path, suffix: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// Sequences a pixel: several where a rule has to know how far they are apart.
+fn replicates(args: &SamplingArgs) -> Result<u32> {
+    let halves = args.adaptive_trust == Some(Trust::Halves);
+    let correlated = args.sampler != Sampler::Independent;
+    match args.replicates {
+        Some(few) if few < 4 && correlated && halves => misuse(format!(
+            "--adaptive-trust halves compares sequences within each half: {few} are too few (--replicates)"
+        )),
+        Some(replicates) if replicates > args.samples => {
+            misuse(format!("--replicates {replicates}: pixels get {} samples (-s)", args.samples))
+        }
+        Some(replicates) => Ok(replicates),
+        None if args.adaptive.is_some() && correlated => {
+            Ok(ADAPTIVE_REPLICATES.min(args.samples.max(2).next_power_of_two() / 2))
+        }
+        None => Ok(1),
+    }
+}
+
+/// Sequences a pixel where adaptive sampling has to judge by them and nothing is said.
+const ADAPTIVE_REPLICATES: u32 = 16;
+
 /// `-a BATCH TOLERANCE` and what goes with it.
 fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptive>> {
     let Some([batch, tolerance]) = args.adaptive.as_deref() else {
@@ -347,8 +371,11 @@ fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptiv
     }
     Ok(Some(Adaptive {
         batch,
+        tests: args.adaptive_tests.unwrap_or_default(),
+        trust: args.adaptive_trust.unwrap_or_default(),
+        area: args.adaptive_area.unwrap_or_default(),
         tolerance,
-        confidence: args.confidence.unwrap_or(Confidence::T),
+        confidence: args.confidence.unwrap_or_default(),
         // One sample has no variance.
         min_samples: args.min_samples.unwrap_or(batch.max(2)),
     }))
@@ -455,7 +482,13 @@ mod tests {
         assert_eq!(options.cell, Some(Cell { x: 1, y: 2, width: 3, height: 4 }));
         assert_eq!((options.samples, options.light_samples, options.max_depth), (64, 32, 6));
         assert_eq!((options.threads, options.direct), (Some(8), Direct::Hemisphere));
-        let adaptive = Adaptive { batch: 16, tolerance: 0.05, confidence: Confidence::T, min_samples: 16 };
+        let adaptive = Adaptive {
+            batch: 16,
+            tolerance: 0.05,
+            confidence: Default::default(),
+            min_samples: 16,
+            ..Adaptive::COURSE
+        };
         assert_eq!(options.adaptive, Some(adaptive));
         assert!(!options.aovs, "a PNG has no layers");
         assert_eq!(request.outputs.pictures, [PathBuf::from("out.png")]);
@@ -475,7 +508,7 @@ mod tests {
     fn adaptive_sampling() {
         let adaptive = |line: &str| resolve(line).unwrap().options.adaptive.unwrap();
         assert_eq!(adaptive("-a 1 0.1").min_samples, 2, "one sample has no variance");
-        let course = Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::Z, min_samples: 4 };
+        let course = Adaptive { batch: 8, tolerance: 0.1, min_samples: 4, ..Adaptive::COURSE };
         assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4"), course);
         assert_eq!(resolve("-s 8 -a 8 0.1").unwrap().notes.len(), 1, "it has no effect");
         assert_eq!(resolve("-s 9 -a 8 0.1").unwrap().notes.len(), 0);

@@ -29,6 +29,14 @@ pub fn whole_in(text: &str, allowed: RangeInclusive<u32>) -> Result<u32, String>
     }
 }
 
+/// A power of two, up to 4096.
+pub fn power_of_two(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(number) if number.is_power_of_two() && number <= 4096 => Ok(number),
+        _ => Err("must be a power of two from 1 to 4096".into()),
+    }
+}
+
 /// A word of letters, digits and dots.
 pub fn word(text: &str) -> Result<String, String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '.';

@@ -13,6 +13,7 @@
 //! What is left: testing again and again, and stopping on a luckily small variance, biases the mean a little.
 //! A larger `min_samples` or `batch` lessens that.
 
+use super::interval::Interval;
 use crate::options::{Adaptive, Confidence};
 
 /// Linear luminance below which a mean counts as this much: half the first step of 8-bit sRGB, `0.5 / 255 / 12.92`.
@@ -78,23 +79,23 @@ impl Moments {
     }
 }
 
-/// Whether a pixel with these moments of luminance may retire under `rule`.
+/// Whether a pixel, or a tile, with this interval of luminance may retire under `rule`.
 ///
 /// `n ≥ min_samples` and `q · s / √n ≤ tolerance · max(mean, DARK)`; a pixel of nothing but zeros needs
 /// [`zeros_needed`] samples instead. Never with fewer than two samples or after a NaN or an infinity.
-pub fn converged(moments: &Moments, rule: &Adaptive) -> bool {
-    if moments.n < rule.min_samples.max(2) {
+pub fn converged(interval: &Interval, rule: &Adaptive) -> bool {
+    if interval.samples < rule.min_samples.max(2) || interval.degrees == 0 {
         return false;
     }
-    if moments.mean == 0.0 && moments.m2 == 0.0 {
-        return moments.n >= zeros_needed(rule);
+    if interval.mean == 0.0 && interval.error == 0.0 {
+        return interval.samples >= zeros_needed(rule);
     }
     let quantile = match rule.confidence {
         Confidence::Z => Z,
-        Confidence::T => student_t(moments.n - 1),
+        Confidence::T => student_t(interval.degrees),
     };
     // False for NaN; an infinite mean comes with a NaN spread.
-    quantile * moments.standard_error() <= f64::from(rule.tolerance) * moments.mean.max(DARK)
+    quantile * interval.error <= f64::from(rule.tolerance) * interval.mean.max(DARK)
 }
 
 /// Samples after which a pixel that saw only zeros is taken to be black: `max(min_samples, 4 · batch, 64)`.
@@ -152,7 +153,12 @@ mod tests {
     use super::*;
     use statrs::distribution::{ContinuousCDF, StudentsT};
 
-    const RULE: Adaptive = Adaptive { batch: 16, tolerance: 0.05, confidence: Confidence::T, min_samples: 32 };
+    const RULE: Adaptive =
+        Adaptive { batch: 16, tolerance: 0.05, confidence: Confidence::T, min_samples: 32, ..Adaptive::COURSE };
+
+    fn done(moments: &Moments, rule: &Adaptive) -> bool {
+        converged(&Interval::of_samples(moments), rule)
+    }
 
     fn of(samples: impl IntoIterator<Item = f64>) -> Moments {
         let mut moments = Moments::default();
@@ -224,23 +230,23 @@ mod tests {
         assert_eq!(zeros_needed(&Adaptive { batch: 64, ..RULE }), 256);
         assert_eq!(zeros_needed(&Adaptive { min_samples: 1000, ..RULE }), 1000);
         let black = |n| Moments { n, mean: 0.0, m2: 0.0 };
-        assert!(!converged(&black(0), &RULE));
-        assert!(!converged(&black(63), &RULE));
-        assert!(converged(&black(64), &RULE));
+        assert!(!done(&black(0), &RULE));
+        assert!(!done(&black(63), &RULE));
+        assert!(done(&black(64), &RULE));
     }
 
     #[test]
     fn one_find_among_zeros_keeps_a_pixel_going() {
         let mut m = Moments { n: 63, mean: 0.0, m2: 0.0 };
         m.push(1.0);
-        assert!(!converged(&m, &RULE));
+        assert!(!done(&m, &RULE));
     }
 
     #[test]
     fn nearly_black_pixels_end() {
         // A mean of 1e-6 and a spread of the same size: 5 % of the mean would take 1600 samples.
         let m = of((0..100).map(|i| 2e-6 * uniform(i)));
-        assert!(converged(&m, &RULE));
+        assert!(done(&m, &RULE));
         assert!((DARK - 1.517_6e-4).abs() < 1e-8);
     }
 
@@ -250,21 +256,21 @@ mod tests {
         let pixel = |n: u32, a: f64| of((0..n).map(|i| if i % 2 == 0 { 1.0 + a } else { 1.0 - a }));
         let limit = |n: u32| 0.05 * f64::from(n - 1).sqrt() / student_t(n - 1);
         for n in [32, 100, 1000] {
-            assert!(converged(&pixel(n, limit(n) * 0.999), &RULE));
-            assert!(!converged(&pixel(n, limit(n) * 1.001), &RULE));
+            assert!(done(&pixel(n, limit(n) * 0.999), &RULE));
+            assert!(!done(&pixel(n, limit(n) * 1.001), &RULE));
         }
         // Between the two quantiles: z retires what t keeps.
         let m = pixel(32, limit(32) * 1.01);
-        assert!(!converged(&m, &RULE));
-        assert!(converged(&m, &Adaptive { confidence: Confidence::Z, ..RULE }));
+        assert!(!done(&m, &RULE));
+        assert!(done(&m, &Adaptive { confidence: Confidence::Z, ..RULE }));
     }
 
     #[test]
     fn never_before_the_least_number_of_samples() {
         let light = of(std::iter::repeat_n(10.0, 31));
-        assert!(!converged(&light, &RULE));
-        assert!(converged(&light, &Adaptive { min_samples: 31, ..RULE }));
-        assert!(!converged(&of([10.0]), &Adaptive { min_samples: 0, ..RULE }));
+        assert!(!done(&light, &RULE));
+        assert!(done(&light, &Adaptive { min_samples: 31, ..RULE }));
+        assert!(!done(&of([10.0]), &Adaptive { min_samples: 0, ..RULE }));
     }
 
     #[test]
@@ -273,8 +279,8 @@ mod tests {
             let mut m = of(std::iter::repeat_n(1.0, 100));
             m.push(bad);
             m.push(1.0);
-            assert!(!converged(&m, &RULE), "{bad}");
-            assert!(!converged(&m.merge(m), &RULE), "{bad}");
+            assert!(!done(&m, &RULE), "{bad}");
+            assert!(!done(&m.merge(m), &RULE), "{bad}");
         }
         let mut full = Moments { n: u32::MAX, mean: 1.0, m2: 0.0 };
         full.push(1.0);

@@ -4,8 +4,9 @@
 //! in a wave. Samples of a pixel are added one after another in the order of their index, whatever the wave: the sums, and so the
 //! picture's bytes, do not depend on how the work was cut.
 
-use super::convergence::{Moments, converged};
-use crate::options::{Adaptive, Cell, Integrator, RenderOptions};
+use super::convergence::Moments;
+use super::sequences::Sequences;
+use crate::options::{Cell, Integrator, RenderOptions, Trust};
 
 /// Pixels along a tile's side.
 pub const SIDE: u32 = 16;
@@ -19,15 +20,27 @@ pub struct FilmLayout {
     pub luminance: bool,
     /// First-hit albedo, normal and depth.
     pub aovs: bool,
+    /// Sums of each of so many sequences that the samples of a pixel are dealt to in turn; 0 where nobody looks at them.
+    pub sequences: u32,
+    /// Even and odd samples stop by themselves, and count as much.
+    pub halves: bool,
 }
 
 impl FilmLayout {
     /// The sums that `options` ask for. What the camera sees first is not known where only the way there is counted.
     pub fn new(options: &RenderOptions) -> FilmLayout {
+        let halves = options.adaptive.is_some_and(|rule| rule.trust == Trust::Halves);
+        let errors = options.aovs || options.adaptive.is_some();
+        let sequences = match options.replicates {
+            1 => 2 * u32::from(halves),
+            replicates => replicates * u32::from(errors),
+        };
         FilmLayout {
             variance: options.aovs,
             luminance: options.adaptive.is_some(),
             aovs: options.aovs && options.integrator != Integrator::BvhCost,
+            sequences,
+            halves,
         }
     }
 
@@ -43,8 +56,9 @@ impl FilmLayout {
         let sums = size_of::<[f64; 3]>() * (1 + usize::from(self.variance));
         let luminance = size_of::<Moments>() * usize::from(self.luminance);
         let aovs = size_of::<FirstHits>() * usize::from(self.aovs);
-        // Position (two), active list, samples tried and samples that count.
-        size_of::<u32>() * 5 + sums + luminance + aovs
+        let sequences = Sequences::BYTES * self.sequences as usize;
+        // Position (two), active list and samples that count; whether a test was passed and which halves go on.
+        size_of::<u32>() * 4 + 2 + sums + luminance + aovs + sequences
     }
 }
 
@@ -83,8 +97,10 @@ pub struct Tile {
     pub y: Vec<u32>,
     /// Pixels that want more samples, as indices into the columns here, ascending.
     pub active: Vec<u32>,
-    /// Samples tried, finite or not: the index of the next one.
-    pub tried: Vec<u32>,
+    /// Which halves of a pixel want more samples: bit 0 the even ones, bit 1 the odd ones.
+    pub open: Vec<u8>,
+    /// Pixels whose last test was passed.
+    pub passed: Vec<bool>,
     /// Samples that count.
     pub count: Vec<u32>,
     /// Mean radiance.
@@ -93,6 +109,8 @@ pub struct Tile {
     pub m2: Vec<[f64; 3]>,
     /// Moments of luminance; empty without adaptive sampling.
     pub luminance: Vec<Moments>,
+    /// Sums of each sequence; empty where nobody looks at them.
+    pub sequences: Sequences,
     /// First-hit sums; empty without those layers.
     pub first_hits: Vec<FirstHits>,
     /// Pixels that met the adaptive rule.
@@ -104,16 +122,15 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Adds the next sample of pixel `local`. One that is not finite is counted and left out.
+    /// Adds sample `index` of pixel `local`. One that is not finite is counted and left out.
     #[inline]
-    pub fn add(&mut self, local: usize, sample: &Sample) {
-        let index = self.tried[local];
-        self.tried[local] += 1;
+    pub fn add(&mut self, local: usize, index: u32, sample: &Sample) {
         if !sample.radiance.iter().all(|c| c.is_finite()) {
             self.non_finite += 1;
             self.first_non_finite.get_or_insert((self.x[local], self.y[local], index));
             return;
         }
+        self.sequences.add(local, index, sample.radiance);
         self.count[local] += 1;
         let weight = 1.0 / f64::from(self.count[local]);
         let mean = &mut self.mean[local];
@@ -140,12 +157,18 @@ impl Tile {
         }
     }
 
-    /// Takes pixels that meet the rule off the list of active ones.
-    pub fn retire(&mut self, rule: &Adaptive) {
-        let before = self.active.len();
-        let luminance = &self.luminance;
-        self.active.retain(|&local| !converged(&luminance[local as usize], rule));
-        self.converged += (before - self.active.len()) as u32;
+    /// The sample numbers that pixel `local` wants of `first..first + step`: the first, how far they are apart, how many.
+    pub fn wanted(&self, local: usize, first: u32, step: u32) -> (u32, u32, u32) {
+        let end = first + step;
+        let of_half = |half: u32| {
+            let start = first + (first % 2 + half) % 2;
+            (start, 2, end.saturating_sub(start).div_ceil(2))
+        };
+        match self.open[local] {
+            0b01 => of_half(0),
+            0b10 => of_half(1),
+            _ => (first, 1, step),
+        }
     }
 }
 
@@ -172,11 +195,13 @@ pub fn tiles(cell: Cell, layout: FilmLayout) -> Vec<Tile> {
             x,
             y,
             active: (0..n as u32).collect(),
-            tried: vec![0; n],
+            open: vec![0b11; n],
+            passed: vec![false; n],
             count: vec![0; n],
             mean: vec![[0.0; 3]; n],
             m2: vec![[0.0; 3]; if layout.variance { n } else { 0 }],
             luminance: vec![Moments::default(); if layout.luminance { n } else { 0 }],
+            sequences: Sequences::new(n, layout),
             first_hits: vec![FirstHits::default(); if layout.aovs { n } else { 0 }],
             converged: 0,
             non_finite: 0,
@@ -213,9 +238,10 @@ mod tests {
     #[test]
     fn samples_that_are_not_numbers_are_counted_and_left_out() {
         let cell = Cell { x: 0, y: 0, width: 1, height: 1 };
-        let mut tile = tiles(cell, FilmLayout { variance: true, luminance: true, aovs: true }).remove(0);
-        for r in [1.0, f32::NAN, 3.0, f32::INFINITY] {
-            tile.add(0, &Sample { radiance: [r, r, r], ..Sample::default() });
+        let mut tile =
+            tiles(cell, FilmLayout { variance: true, luminance: true, aovs: true, ..FilmLayout::default() }).remove(0);
+        for (index, r) in [1.0, f32::NAN, 3.0, f32::INFINITY].into_iter().enumerate() {
+            tile.add(0, index as u32, &Sample { radiance: [r, r, r], ..Sample::default() });
         }
         assert_eq!((tile.count[0], tile.mean[0], tile.m2[0]), (2, [2.0; 3], [2.0; 3]));
         assert_eq!((tile.non_finite, tile.first_non_finite), (2, Some((0, 0, 1))));

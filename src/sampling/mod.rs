@@ -2,4 +2,6 @@
 
 pub mod lanes;
 pub mod random;
+pub mod sampler;
+pub mod sobol;
 pub mod warp;

@@ -10,7 +10,8 @@
 
 use super::{Context, Stage};
 use crate::sampling::lanes::Lanes;
-use crate::sampling::random::{Dimensions, uniform4};
+use crate::sampling::random::Dimensions;
+use crate::sampling::sampler::Sampler;
 use crate::simd::Kernel;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
@@ -69,11 +70,16 @@ impl Kernel for Generate<'_, '_> {
             paths.dx[rows.clone()].fill(span.x as f32);
             paths.dy[rows.clone()].fill(span.y as f32);
             for (k, index) in samples.index[rows].iter_mut().enumerate() {
-                *index = span.first + k as u32;
+                *index = span.first + k as u32 * span.stride;
             }
             n += span.count as usize;
         }
-        jitter(&samples.pixel[..n], &samples.index[..n], self.context.seed, [&mut paths.dx[..n], &mut paths.dy[..n]]);
+        jitter(
+            &self.context.sampler,
+            &samples.pixel[..n],
+            &samples.index[..n],
+            [&mut paths.dx[..n], &mut paths.dy[..n]],
+        );
         let lens = self.context.lens;
         for i in (0..n).step_by(Vec4::WIDTH) {
             let (x, y) = (Vec4::load(&paths.dx[i..]), Vec4::load(&paths.dy[i..]));
@@ -100,12 +106,14 @@ impl Kernel for Generate<'_, '_> {
 
 /// Adds the sub-pixel position to each row's pixel corner.
 #[inline(always)]
-fn jitter(pixel: &[u32], index: &[u32], seed: u32, [x, y]: [&mut [f32]; 2]) {
-    for (((pixel, index), x), y) in pixel.iter().zip(index).zip(x).zip(y) {
-        let [u, v, ..] = uniform4(*pixel, *index, Dimensions::CAMERA, seed);
-        *x += u;
-        *y += v;
-    }
+fn jitter(sampler: &Sampler, pixel: &[u32], index: &[u32], [x, y]: [&mut [f32]; 2]) {
+    // All as long as the shortest, so that nothing has to be checked in the loop.
+    let n = pixel.len().min(index.len()).min(x.len()).min(y.len());
+    let (x, y) = (&mut x[..n], &mut y[..n]);
+    sampler.draw_rows(&pixel[..n], &index[..n], Dimensions::CAMERA, |i, [u, v, ..]| {
+        x[i] += u;
+        y[i] += v;
+    });
 }
 
 #[cfg(test)]
@@ -119,7 +127,16 @@ mod tests {
     fn rows_are_the_samples_of_the_spans_in_order() {
         let fixture = Fixture::new();
         for context in fixture.contexts() {
-            let span = |x: u32, y: u32, first, count| Span { x, y, pixel: y * 32 + x, first, count, tile: 0, local: 0 };
+            let span = |x: u32, y: u32, first, count| Span {
+                x,
+                y,
+                pixel: y * 32 + x,
+                first,
+                stride: 1,
+                count,
+                tile: 0,
+                local: 0,
+            };
             let spans = [span(3, 2, 0, 5), span(4, 2, 7, 1), span(31, 23, 100, 3)];
             let mut wave = Wave::allocate(16, 1, context.features);
             let n = run(&context, &spans, Out { samples: &mut wave.samples, paths: &mut wave.paths });
@@ -130,7 +147,7 @@ mod tests {
                 assert_eq!((wave.samples.pixel[row], wave.samples.index[row]), (span.pixel, index));
                 assert_eq!(wave.paths.slot[row] as usize, row);
                 // The scalar twin: the same camera ray, to the bit.
-                let [u, v, ..] = uniform4(span.pixel, index, Dimensions::CAMERA, context.seed);
+                let [u, v, ..] = context.sampler.draw(span.pixel, index, Dimensions::CAMERA);
                 let d: V3<f32> = context.lens.direction(span.x as f32 + u, span.y as f32 + v);
                 assert_eq!([d.x, d.y, d.z], [wave.paths.dx[row], wave.paths.dy[row], wave.paths.dz[row]]);
                 assert_eq!(wave.paths.beta_g[row], 1.0);

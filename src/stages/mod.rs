@@ -17,6 +17,7 @@ pub mod shadow;
 pub mod traverse;
 
 use crate::bvh::Accel;
+use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Lens;
 use crate::simd::Tier;
@@ -35,8 +36,8 @@ pub struct Context<'a> {
     pub transport: Transport,
     /// What the plan requires.
     pub features: Features,
-    /// Seed of all random numbers.
-    pub seed: u32,
+    /// Draws random numbers.
+    pub sampler: Sampler,
     /// Instruction set.
     pub tier: Tier,
     /// Whether traversal counts what it visits.
@@ -92,7 +93,8 @@ pub(crate) mod tests {
         pub fn contexts(&self) -> Vec<Context<'_>> {
             let of = |direct: Direct, tier: Tier| {
                 let roulette = Roulette::Fixed(0.5);
-                let options = RenderOptions { width: 32, height: 24, direct, roulette, ..RenderOptions::default() };
+                let options =
+                    RenderOptions { width: 32, height: 24, direct, roulette, seed: 9, ..RenderOptions::default() };
                 let plan = Plan::new(&self.scene, &self.accel, &options).expect("plan");
                 Context {
                     scene: &self.scene,
@@ -100,7 +102,7 @@ pub(crate) mod tests {
                     lens: self.camera.lens(32, 24),
                     transport: Transport::new(&options, &self.scene.lights),
                     features: plan.features,
-                    seed: 9,
+                    sampler: Sampler::new(&options),
                     tier,
                     counts: false,
                 }

@@ -6,7 +6,7 @@
 //! | writes | film |
 //! | consumes | spans of pixels and their finished samples |
 //! | produces | tiles with fewer active pixels |
-//! | cost | 12 bytes read a sample, 40 with first hits; 24 to 144 bytes of film read and written |
+//! | cost | 16 bytes read a sample, 44 with first hits; 24 to 144 bytes of film read and written |
 //!
 //! Policy (when is a pixel done?) lives in `film/convergence.rs`; this stage carries it out.
 
@@ -20,6 +20,7 @@ use crate::wave::span::Span;
 pub const STAGE: Stage = Stage {
     name: "retire",
     reads: &[
+        ("sample.index", Features::ALWAYS),
         ("sample.r", Features::ALWAYS),
         ("sample.g", Features::ALWAYS),
         ("sample.b", Features::ALWAYS),
@@ -45,7 +46,7 @@ pub fn run(spans: &[Span], samples: &Samples, tiles: &mut [Tile]) {
                 sample.normal = [samples.normal_x[slot], samples.normal_y[slot], samples.normal_z[slot]];
                 sample.depth = samples.depth[slot];
             }
-            tile.add(span.local as usize, &sample);
+            tile.add(span.local as usize, samples.index[slot], &sample);
             slot += 1;
         }
     }
@@ -62,7 +63,7 @@ mod tests {
     #[test]
     fn cuts_between_waves_leave_no_trace() {
         let cell = Cell { x: 0, y: 0, width: 3, height: 1 };
-        let layout = FilmLayout { variance: true, luminance: true, aovs: false };
+        let layout = FilmLayout { variance: true, luminance: true, ..FilmLayout::default() };
         let value = |pixel: u32, index: u32| (pixel as f32 + 1.3) / (index as f32 + 0.7);
         let film = |cut: u32| {
             let mut film = tiles(cell, layout);
@@ -70,7 +71,7 @@ mod tests {
             for first in (0..100).step_by(cut as usize) {
                 let count = cut.min(100 - first);
                 let spans: Vec<Span> =
-                    (0..3).map(|p| Span { x: p, y: 0, pixel: p, first, count, tile: 0, local: p }).collect();
+                    (0..3).map(|p| Span { x: p, y: 0, pixel: p, first, stride: 1, count, tile: 0, local: p }).collect();
                 let rows = spans.iter().flat_map(|s| (s.first..s.first + s.count).map(|k| value(s.pixel, k)));
                 for (slot, value) in rows.enumerate() {
                     (samples.r[slot], samples.g[slot], samples.b[slot]) = (value, value * 0.5, 0.1);

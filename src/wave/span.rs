@@ -1,6 +1,6 @@
 //! What a wave is asked to do: runs of samples of one pixel each.
 
-/// Successive samples of one pixel; they occupy successive slots of the wave.
+/// Samples of one pixel; they occupy successive slots of the wave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
     /// Column of the frame.
@@ -11,6 +11,8 @@ pub struct Span {
     pub pixel: u32,
     /// First sample.
     pub first: u32,
+    /// From one sample's number to the next: 2 where only every other sample is still wanted.
+    pub stride: u32,
     /// How many samples.
     pub count: u32,
     /// Which of the tiles at hand the pixel belongs to.

@@ -2,7 +2,7 @@
 
 use super::In;
 use crate::sampling::lanes::{Lanes, V3};
-use crate::sampling::random::uniform4;
+use crate::sampling::sampler::Sampler;
 use crate::stages::Context;
 use crate::transport::Vertex;
 use crate::wave::samples::Samples;
@@ -145,15 +145,14 @@ impl Block {
 
     /// Draws the four numbers of block `dimension` for every row.
     #[inline(always)]
-    pub fn draw(&mut self, dimension: u32, seed: u32) {
+    pub fn draw(&mut self, sampler: &Sampler, dimension: u32) {
         let [a, b, c, d] = &mut self.random;
-        for i in 0..ROWS {
-            let r = uniform4(self.pixel[i], self.index[i], dimension, seed);
+        sampler.draw_rows(&self.pixel, &self.index, dimension, |i, r| {
             a[i] = r[0];
             b[i] = r[1];
             c[i] = r[2];
             d[i] = r[3];
-        }
+        });
     }
 }
 

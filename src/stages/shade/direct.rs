@@ -22,7 +22,7 @@ pub fn run(
 ) -> usize {
     let transport = &context.transport;
     for k in 0..transport.shadow_samples {
-        block.draw(transport.dimensions.light(depth, k), context.seed);
+        block.draw(&context.sampler, transport.dimensions.light(depth, k));
         if context.features.has(Features::HEMISPHERE) {
             hemisphere(context, block, rays);
         } else if let Some(shape) = single_light(context, k) {

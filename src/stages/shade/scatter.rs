@@ -12,7 +12,7 @@ use glam::Vec4;
 /// `rays` is scratch.
 #[inline(always)]
 pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing, next: &mut Paths, n: usize) -> usize {
-    block.draw(context.transport.dimensions.bounce(depth), context.seed);
+    block.draw(&context.sampler, context.transport.dimensions.bounce(depth));
     let end = n + block.len;
     let Outgoing { direction, value: beta, number: pdf } = rays;
     for i in (0..block.len).step_by(Vec4::WIDTH) {

@@ -1,0 +1,72 @@
+//! Which pixels of a tile stop: the rules of adaptive sampling carried out on the film's sums.
+
+use super::convergence::converged;
+use super::interval::Interval;
+use super::tile::Tile;
+use crate::options::{Adaptive, Area, Trust};
+
+impl Tile {
+    /// Takes pixels that meet the rule off the list of active ones.
+    pub fn retire(&mut self, rule: &Adaptive) {
+        let before = self.active.len();
+        match rule.area {
+            Area::Pixel => {
+                let (mut active, mut kept) = (std::mem::take(&mut self.active), Vec::new());
+                for local in active.drain(..) {
+                    let own = [local as usize];
+                    self.test(rule, &own);
+                    kept.extend((self.open[own[0]] != 0).then_some(local));
+                }
+                self.active = kept;
+            }
+            Area::Tile if !self.active.is_empty() => {
+                let all: Vec<usize> = (0..self.x.len()).collect();
+                self.test(rule, &all);
+                let open = &self.open;
+                self.active.retain(|&local| open[local as usize] != 0);
+            }
+            Area::Tile => {}
+        }
+        self.converged += (before - self.active.len()) as u32;
+    }
+
+    /// Tests `pixels` as one, and closes what needs no more samples.
+    fn test(&mut self, rule: &Adaptive, pixels: &[usize]) {
+        let lead = pixels[0];
+        let open = match rule.trust {
+            Trust::Halves => {
+                // Each half by what the other knows, as if that had as many samples: a half that has stopped
+                // says what it said then.
+                let samples = [0, 1].map(|half| self.interval(&pixels[..1], Some(half)).samples);
+                let stops = |half: u32| {
+                    let judge = self.interval(pixels, Some(1 - half)).at(samples[half as usize]);
+                    converged(&judge, rule)
+                };
+                let closed = u8::from(stops(0)) | u8::from(stops(1)) << 1;
+                self.open[lead] & !closed
+            }
+            Trust::Once | Trust::Twice => {
+                let passes = converged(&self.interval(pixels, None), rule);
+                let done = passes && (rule.trust == Trust::Once || self.passed[lead]);
+                self.passed[lead] = passes;
+                if done { 0 } else { 0b11 }
+            }
+        };
+        pixels.iter().for_each(|&local| self.open[local] = open);
+    }
+
+    /// The interval of luminance of some pixels, or of one half of their samples.
+    fn interval(&self, pixels: &[usize], half: Option<u32>) -> Interval {
+        let of = |local: usize| {
+            if self.sequences.is_empty() || (half.is_none() && self.sequences.independent) {
+                Interval::of_samples(&self.luminance[local])
+            } else {
+                self.sequences.luminance(local, half)
+            }
+        };
+        match pixels {
+            [one] => of(*one),
+            many => Interval::of_all(many.iter().map(|&local| of(local))),
+        }
+    }
+}
