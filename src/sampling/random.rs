@@ -67,6 +67,18 @@ pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
+/// A hash of one word: `lowbias32` (Wellons, *Prospecting for Hash Functions*, 2018), moved off its fixed point 0.
+///
+/// All its bits are good. The low ones of [`pcg4d`] are not: with its words as keys, pairs of scrambled numbers over many seeds
+/// had a χ² of 12,600 for 255 degrees of freedom.
+#[inline(always)]
+pub fn mix(word: u32) -> u32 {
+    let word = word.wrapping_add(0x9e37_79b9);
+    let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
+    let word = (word ^ word >> 15).wrapping_mul(0x846c_a68b);
+    word ^ word >> 16
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

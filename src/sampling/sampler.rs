@@ -28,16 +28,13 @@
 //! *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels*, SIGGRAPH Asia 2020):
 //! neighbours' errors cancel when looked at from afar. Owen's shuffle of the whole index replaces their permutation tables.
 
-use super::random::{pcg4d, to_unit, uniform4};
+use super::random::{mix, to_unit, uniform4};
 use super::sobol;
 use crate::options::{self, RenderOptions};
 
 /// Blocks that share a sequence.
 const GROUP: u32 = 8;
 const _: () = assert!(2 * GROUP as usize <= sobol::DIMENSIONS);
-
-/// Tells the key of a shuffle from the keys of the numbers.
-const SHUFFLE: u32 = 1 << 31;
 
 /// Draws the numbers of a render.
 #[derive(Clone, Copy, Debug)]
@@ -87,27 +84,55 @@ impl Sampler {
     /// Four numbers in [0, 1) for the decision `dimension` of sample `index` of a pixel.
     #[inline(always)]
     pub fn draw(&self, pixel: u32, index: u32, dimension: u32) -> [f32; 4] {
-        match self.kind {
-            Kind::Independent => uniform4(pixel, index, dimension, self.seed),
-            Kind::Sobol => self.sobol(pixel, index, dimension, u32::BITS - index.leading_zeros()),
-            Kind::BlueNoise(screen) => self.blue_noise(screen, pixel, index, dimension),
-        }
+        let mut out = [[0.0]; 4];
+        self.draw_rows(&[pixel], &[index], dimension, &mut out);
+        out.map(|[number]| number)
     }
 
-    /// [`Sampler::draw`] for many rows.
+    /// The first `N` of the four numbers for each of `ROWS` rows, in step: every loop here becomes vector instructions.
     #[inline(always)]
-    pub fn draw_rows(&self, pixel: &[u32], index: &[u32], dimension: u32, mut write: impl FnMut(usize, [f32; 4])) {
-        let rows = pixel.iter().zip(index).enumerate();
+    pub fn draw_rows<const ROWS: usize, const N: usize>(
+        &self,
+        pixel: &[u32; ROWS],
+        index: &[u32; ROWS],
+        dimension: u32,
+        out: &mut [[f32; ROWS]; N],
+    ) {
         match self.kind {
             Kind::Independent => {
-                rows.for_each(|(i, (&pixel, &index))| write(i, uniform4(pixel, index, dimension, self.seed)));
+                for i in 0..ROWS {
+                    let numbers = uniform4(pixel[i], index[i], dimension, self.seed);
+                    for (out, number) in out.iter_mut().zip(numbers) {
+                        out[i] = number;
+                    }
+                }
             }
             Kind::Sobol => {
                 let bits = u32::BITS - index.iter().fold(0, |all, &index| all | index).leading_zeros();
-                rows.for_each(|(i, (&pixel, &index))| write(i, self.sobol(pixel, index, dimension, bits)));
+                let mut place = Places { key: [0; ROWS], index: [0; ROWS] };
+                for i in 0..ROWS {
+                    let (replicate, index) = self.replicate(index[i]);
+                    place.key[i] = mix(pixel[i].wrapping_add(mix(self.seed.wrapping_add(mix(replicate)))));
+                    place.index[i] = index;
+                }
+                numbers(&place, bits, dimension, out, sobol::shuffle);
             }
             Kind::BlueNoise(screen) => {
-                rows.for_each(|(i, (&pixel, &index))| write(i, self.blue_noise(screen, pixel, index, dimension)));
+                let mut place = Places { key: [0; ROWS], index: [0; ROWS] };
+                for i in 0..ROWS {
+                    let (replicate, index) = self.replicate(index[i]);
+                    // Shifted in two steps: 32 at once would be none.
+                    let chunk = (index >> (screen.samples / 2)) >> screen.samples.div_ceil(2);
+                    let low = index & ((1u64 << screen.samples) - 1) as u32;
+                    let curve = spread(pixel[i] % screen.width) | spread(pixel[i] / screen.width) << 1;
+                    place.key[i] = mix(chunk.wrapping_add(mix(!self.seed.wrapping_add(mix(replicate)))));
+                    place.index[i] = (u64::from(curve) << screen.samples) as u32 | low;
+                }
+                // Only the bits in use take part, so that indices stay below 2 to the power of `bits`.
+                let unused = u32::BITS - screen.bits.clamp(1, 32);
+                let shuffle =
+                    |index: u32, key| sobol::scramble((index << unused).reverse_bits(), key).reverse_bits() >> unused;
+                numbers(&place, screen.bits, dimension, out, shuffle);
             }
         }
     }
@@ -117,57 +142,47 @@ impl Sampler {
     fn replicate(&self, index: u32) -> (u32, u32) {
         (index & ((1 << self.replicates) - 1), index >> self.replicates)
     }
-
-    /// `bits`: no index has more.
-    #[inline(always)]
-    fn sobol(&self, pixel: u32, index: u32, dimension: u32, bits: u32) -> [f32; 4] {
-        let (replicate, index) = self.replicate(index);
-        let key = |what| keys([pixel, what, self.seed, replicate]);
-        let seeds = key(dimension);
-        let [order, ..] = key(SHUFFLE | (dimension / GROUP));
-        let points = [sobol::shuffle(index, order), sobol::shuffle(index, seeds[0] ^ seeds[3].rotate_left(16))];
-        numbers(points, bits, dimension, seeds)
-    }
-
-    #[inline(always)]
-    fn blue_noise(&self, screen: Screen, pixel: u32, index: u32, dimension: u32) -> [f32; 4] {
-        let (replicate, index) = self.replicate(index);
-        // Shifted in two steps: 32 at once would be none.
-        let chunk = (index >> (screen.samples / 2)) >> screen.samples.div_ceil(2);
-        let low = index & ((1u64 << screen.samples) - 1) as u32;
-        let place = spread(pixel % screen.width) | spread(pixel / screen.width) << 1;
-        let at = (u64::from(place) << screen.samples) as u32 | low;
-        let key = |what| keys([chunk, what, self.seed ^ 0x9e37_79b9, replicate]);
-        let seeds = key(dimension);
-        let [order, ..] = key(SHUFFLE | (dimension / GROUP));
-        // Only the bits in use take part, so that indices stay below 2 to the power of `bits`.
-        let unused = u32::BITS - screen.bits.clamp(1, 32);
-        let shuffle = |seed| (sobol::scramble((at << unused).reverse_bits(), seed).reverse_bits()) >> unused;
-        let points = [shuffle(order), shuffle(seeds[0] ^ seeds[3].rotate_left(16))];
-        numbers(points, screen.bits, dimension, seeds)
-    }
 }
 
-/// Four words to scramble with. The low bits of the hash are its weak ones (pairs of numbers over many seeds had a χ² of
-/// 12,600 for 255 degrees of freedom), and scrambling needs all: one more round of mixing (Wellons, *Prospecting for Hash
-/// Functions*, 2018).
-#[inline(always)]
-fn keys(what: [u32; 4]) -> [u32; 4] {
-    pcg4d(what).map(|word| {
-        let word = (word ^ word >> 16).wrapping_mul(0x7feb_352d);
-        word ^ word >> 15
-    })
+/// Where rows stand: whose sequence it is, and which of its points.
+struct Places<const ROWS: usize> {
+    key: [u32; ROWS],
+    index: [u32; ROWS],
 }
 
-/// The four numbers of a block: two from each point.
+/// The numbers of a block: two from a point of the group's sequence, two from one of the block's own. No index has more than
+/// `bits` bits.
 #[inline(always)]
-fn numbers(points: [u32; 2], bits: u32, dimension: u32, seeds: [u32; 4]) -> [f32; 4] {
-    let first = (2 * (dimension % GROUP)) as usize;
-    let number = |i: usize, point: u32, dimension: usize| {
-        let reversed = sobol::point(point, bits, &sobol::DIRECTIONS[dimension]);
-        to_unit(sobol::scramble(reversed, seeds[i]).reverse_bits())
-    };
-    [number(0, points[0], first), number(1, points[0], first + 1), number(2, points[1], 0), number(3, points[1], 1)]
+fn numbers<const ROWS: usize, const N: usize>(
+    place: &Places<ROWS>,
+    bits: u32,
+    dimension: u32,
+    out: &mut [[f32; ROWS]; N],
+    shuffle: impl Fn(u32, u32) -> u32,
+) {
+    // Told apart by what they are for: the four numbers, and the two shuffles.
+    let salt = |which: u32, what: u32| mix(which.wrapping_mul(8).wrapping_add(what));
+    let mut index = [0; ROWS];
+    for (n, out) in out.iter_mut().enumerate() {
+        if n % 2 == 0 {
+            let salt = if n == 0 { salt(dimension / GROUP, 5) } else { salt(dimension, 4) };
+            for i in 0..ROWS {
+                index[i] = shuffle(place.index[i], mix(place.key[i].wrapping_add(salt)));
+            }
+        }
+        let column = if n < 2 { (2 * (dimension % GROUP)) as usize + n } else { n - 2 };
+        let mut reversed = [0u32; ROWS];
+        for (k, &direction) in sobol::DIRECTIONS[column].iter().enumerate().take(bits as usize) {
+            for i in 0..ROWS {
+                reversed[i] ^= sobol::term(index[i], k as u32, direction);
+            }
+        }
+        let salt = salt(dimension, n as u32);
+        for i in 0..ROWS {
+            let key = mix(place.key[i].wrapping_add(salt));
+            out[i] = to_unit(sobol::scramble(reversed[i], key).reverse_bits());
+        }
+    }
 }
 
 /// The low sixteen bits with a zero above each: half of a Morton code.
@@ -199,16 +214,19 @@ mod tests {
         for kind in SAMPLERS {
             for replicates in [1, 8] {
                 let sampler = sampler(kind, 100, replicates);
-                let pixel: Vec<u32> = (0..300).map(|i| i * 7 % 3072).collect();
-                let index: Vec<u32> = (0..300).map(|i| if i % 50 == 0 { u32::MAX - i } else { i * i }).collect();
+                let pixel: [u32; 300] = std::array::from_fn(|i| i as u32 * 7 % 3072);
+                let index: [u32; 300] =
+                    std::array::from_fn(|i| if i % 50 == 0 { u32::MAX - i as u32 } else { (i * i) as u32 });
                 for dimension in [0, 1, 7, 8, 1000, u32::MAX] {
-                    let mut rows = 0;
-                    sampler.draw_rows(&pixel, &index, dimension, |i, numbers| {
-                        assert_eq!(numbers, sampler.draw(pixel[i], index[i], dimension), "{kind:?} {i}");
-                        assert!(numbers.iter().all(|x| (0.0..1.0).contains(x)));
-                        rows += 1;
-                    });
-                    assert_eq!(rows, 300);
+                    let (mut four, mut two) = ([[0.0; 300]; 4], [[0.0; 300]; 2]);
+                    sampler.draw_rows(&pixel, &index, dimension, &mut four);
+                    sampler.draw_rows(&pixel, &index, dimension, &mut two);
+                    for i in 0..300 {
+                        let row = four.map(|column| column[i]);
+                        assert_eq!(row, sampler.draw(pixel[i], index[i], dimension), "{kind:?} {i}");
+                        assert!(row.iter().all(|x| (0.0..1.0).contains(x)));
+                        assert_eq!(two.map(|column| column[i]), [row[0], row[1]]);
+                    }
                 }
             }
         }

@@ -81,17 +81,12 @@ const fn directions() -> [[u32; 32]; DIMENSIONS] {
     table
 }
 
-/// The point of `index` in one dimension, bit-reversed. Only the low `bits` of the index are looked at: a caller who works
-/// on many indices passes the number of bits of the largest.
+/// What bit `k` of `index` adds to its point, bit-reversed: `direction` where the bit is set. The exclusive or of all terms is
+/// the point.
 #[inline(always)]
-pub fn point(index: u32, bits: u32, directions: &[u32; 32]) -> u32 {
-    let mut reversed = 0;
-    for (k, direction) in directions.iter().enumerate().take(bits as usize) {
-        // All ones where bit `k` is set.
-        let mask = ((index << (31 - k)) as i32 >> 31) as u32;
-        reversed ^= direction & mask;
-    }
-    reversed
+pub fn term(index: u32, k: u32, direction: u32) -> u32 {
+    // All ones where bit `k` is set.
+    direction & ((index << (31 - k)) as i32 >> 31) as u32
 }
 
 /// Nested uniform scrambling of a bit-reversed number: bit `i` is flipped, or not, as `seed` and the bits below `i` say.
@@ -127,6 +122,10 @@ pub fn shuffle(index: u32, seed: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn point(index: u32, directions: &[u32; 32]) -> u32 {
+        directions.iter().enumerate().fold(0, |point, (k, &d)| point ^ term(index, k as u32, d)).reverse_bits()
+    }
 
     /// The first sixteen points in pairs of dimensions, in sixteenths, as `scipy.stats.qmc.Sobol` 1.x gives them (in another order).
     #[test]
@@ -201,7 +200,7 @@ mod tests {
             ),
         ];
         for (a, b, known) in known {
-            let at = |index, dimension: usize| point(index, 4, &DIRECTIONS[dimension]).reverse_bits() >> 28;
+            let at = |index, dimension: usize| point(index, &DIRECTIONS[dimension]) >> 28;
             let mut points: Vec<(u32, u32)> = (0..16).map(|index| (at(index, a), at(index, b))).collect();
             points.sort_unstable();
             assert_eq!(points, known, "dimensions {a} and {b}");
@@ -214,7 +213,7 @@ mod tests {
             for bits in 1..=12 {
                 let mut seen = vec![false; 1 << bits];
                 for index in 0..1 << bits {
-                    let cell = point(index, bits, directions).reverse_bits() >> (32 - bits);
+                    let cell = point(index, directions) >> (32 - bits);
                     assert!(!std::mem::replace(&mut seen[cell as usize], true));
                 }
             }

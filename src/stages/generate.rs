@@ -107,13 +107,17 @@ impl Kernel for Generate<'_, '_> {
 /// Adds the sub-pixel position to each row's pixel corner.
 #[inline(always)]
 fn jitter(sampler: &Sampler, pixel: &[u32], index: &[u32], [x, y]: [&mut [f32]; 2]) {
-    // All as long as the shortest, so that nothing has to be checked in the loop.
-    let n = pixel.len().min(index.len()).min(x.len()).min(y.len());
-    let (x, y) = (&mut x[..n], &mut y[..n]);
-    sampler.draw_rows(&pixel[..n], &index[..n], Dimensions::CAMERA, |i, [u, v, ..]| {
-        x[i] += u;
-        y[i] += v;
-    });
+    const ROWS: usize = 64;
+    let rows = pixel.chunks(ROWS).zip(index.chunks(ROWS)).zip(x.chunks_mut(ROWS).zip(y.chunks_mut(ROWS)));
+    for ((pixels, indices), (x, y)) in rows {
+        // The last chunk is filled up with rows that nobody reads.
+        let (mut pixel, mut index, mut jitter) = ([0; ROWS], [0; ROWS], [[0.0; ROWS]; 2]);
+        pixel[..pixels.len()].copy_from_slice(pixels);
+        index[..indices.len()].copy_from_slice(indices);
+        sampler.draw_rows(&pixel, &index, Dimensions::CAMERA, &mut jitter);
+        x.iter_mut().zip(&jitter[0]).for_each(|(x, u)| *x += u);
+        y.iter_mut().zip(&jitter[1]).for_each(|(y, v)| *y += v);
+    }
 }
 
 #[cfg(test)]

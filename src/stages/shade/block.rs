@@ -143,16 +143,12 @@ impl Block {
         }
     }
 
-    /// Draws the four numbers of block `dimension` for every row.
+    /// Draws the first `N` of the four numbers of block `dimension` for every row.
     #[inline(always)]
-    pub fn draw(&mut self, sampler: &Sampler, dimension: u32) {
-        let [a, b, c, d] = &mut self.random;
-        sampler.draw_rows(&self.pixel, &self.index, dimension, |i, r| {
-            a[i] = r[0];
-            b[i] = r[1];
-            c[i] = r[2];
-            d[i] = r[3];
-        });
+    pub fn draw<const N: usize>(&mut self, sampler: &Sampler, dimension: u32) {
+        if let Some(columns) = self.random.first_chunk_mut::<N>() {
+            sampler.draw_rows(&self.pixel, &self.index, dimension, columns);
+        }
     }
 }
 

@@ -22,12 +22,15 @@ pub fn run(
 ) -> usize {
     let transport = &context.transport;
     for k in 0..transport.shadow_samples {
-        block.draw(&context.sampler, transport.dimensions.light(depth, k));
+        let dimension = transport.dimensions.light(depth, k);
         if context.features.has(Features::HEMISPHERE) {
+            block.draw::<2>(&context.sampler, dimension);
             hemisphere(context, block, rays);
         } else if let Some(shape) = single_light(context, k) {
+            block.draw::<2>(&context.sampler, dimension);
             one_light(context, block, shape, k, rays);
         } else {
+            block.draw::<4>(&context.sampler, dimension);
             light_by_row(context, block, k, rays);
         }
         n = append(block, rays, shadows, n);

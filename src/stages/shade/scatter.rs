@@ -12,7 +12,12 @@ use glam::Vec4;
 /// `rays` is scratch.
 #[inline(always)]
 pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing, next: &mut Paths, n: usize) -> usize {
-    block.draw(&context.sampler, context.transport.dimensions.bounce(depth));
+    let dimension = context.transport.dimensions.bounce(depth);
+    if context.features.has(Features::ROULETTE) {
+        block.draw::<3>(&context.sampler, dimension);
+    } else {
+        block.draw::<2>(&context.sampler, dimension);
+    }
     let end = n + block.len;
     let Outgoing { direction, value: beta, number: pdf } = rays;
     for i in (0..block.len).step_by(Vec4::WIDTH) {
