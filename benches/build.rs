@@ -11,7 +11,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use comber::bvh::{Accel, HitColumnsMut, RayColumns};
+use comber::bvh::{Accel, HitColumnsMut, Query, RayColumns};
 use comber::options::{AccelOptions, Quality, Simd};
 use comber::scene::camera::Camera;
 use comber::scene::stage::{Stage, UpAxis, place};
@@ -145,7 +145,7 @@ impl Rays {
     }
 
     fn trace(&self, accel: &Accel) -> Hits {
-        let (way, tier) = (accel.suited(false), tier());
+        let (way, tier) = (accel.suited(Query::Closest, false), tier());
         self.ask(|rays, hits| {
             accel.closest_hits(way, tier, rays, hits);
         })
@@ -153,7 +153,7 @@ impl Rays {
 
     /// Nodes and leaf blocks a ray.
     fn visits(&self, accel: &Accel) -> [f64; 2] {
-        let (way, tier) = (accel.suited(false), tier());
+        let (way, tier) = (accel.suited(Query::Closest, false), tier());
         let mut visits = [0, 0];
         self.ask(|rays, hits| {
             let counts = accel.closest_hits_counted(way, tier, rays, hits);

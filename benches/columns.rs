@@ -13,7 +13,7 @@
 mod common;
 
 use comber::bench::statistics::Quartiles;
-use comber::bvh::{HitColumnsMut, RayColumns};
+use comber::bvh::{HitColumnsMut, Query, RayColumns};
 use comber::simd::{Kernel, Tier};
 use comber::wave::hits::Hits;
 use comber::wave::paths::Paths;
@@ -316,7 +316,7 @@ fn closest(ready: &Ready, tier: Tier, rays: [&[f32]; RAY], hits: &mut Hits, star
         geom: &mut geom[rows],
     };
     ready.accel.closest_hits(
-        ready.accel.suited(false),
+        ready.accel.suited(Query::Closest, false),
         tier,
         RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None },
         hits,

@@ -1,6 +1,6 @@
 //! Features and options → stages, columns, bytes a path, wave size; and why each is there.
 
-use crate::bvh::{Accel, Traversal};
+use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
 use crate::measure::units;
@@ -268,10 +268,12 @@ fn check(planned: &[PlannedStage], columns: &[String]) -> Result<()> {
 /// The kernel a stage runs, and why.
 fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, String) {
     let Subject { scene, accel, options, transport } = subject;
-    let [camera, behind] = [true, false].map(|coherent| match accel.suited(coherent) {
+    let rays = [(Query::Closest, true), (Query::Closest, false), (Query::Any, false)];
+    let [camera, behind, shadow] = rays.map(|(query, coherent)| match accel.suited(query, coherent) {
         Traversal::Single => "one ray after another",
         Traversal::InFlight => "many rays in flight",
         Traversal::Packet => "packets of rays",
+        Traversal::List => "every primitive, a ray a lane",
     });
     let tree = units::bytes(accel.stats().bytes as u64);
     let shapes = match (features.has(Features::TRIANGLES), features.has(Features::SPHERES)) {
@@ -301,8 +303,9 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
             if features.has(Features::COST) {
                 kernel += ", counting nodes";
             } else if options.accel.kind == crate::options::Accel::Bvh {
-                kernel += &format!("; {camera} from the camera");
-                if features.has(Features::CONTINUE) {
+                let same = camera == behind;
+                kernel += &format!("; {camera}{}", if same { "" } else { " from the camera" });
+                if features.has(Features::CONTINUE) && !same {
                     kernel += &format!(", {behind} behind the first surface");
                 }
                 why += &format!("; the tree takes {tree}");
@@ -340,7 +343,7 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
         "shadow" if features.has(Features::HEMISPHERE) => {
             ("closest hit, then its emission".into(), Features::HEMISPHERE.why())
         }
-        "shadow" => (format!("any hit, {behind}"), Features::SHADOW.why()),
+        "shadow" => (format!("any hit, {shadow}"), Features::SHADOW.why()),
         "roulette" => match options.roulette {
             Roulette::Fixed(p) if features.has(Features::ROULETTE) => {
                 (format!("continue with probability {p}, then compact"), Features::ROULETTE.why())

@@ -57,7 +57,7 @@ fn every_set_and_kernel_is_measured() {
     for set in scene["sets"].as_array().unwrap() {
         let kernels = names(&set["contestants"], "name");
         let expected: Vec<&str> =
-            std::iter::once("suited").chain(comber::bvh::Traversal::ALL.map(|way| way.name())).collect();
+            std::iter::once("suited").chain(comber::bvh::Traversal::THROUGH_A_TREE.map(|way| way.name())).collect();
         assert_eq!(kernels, expected, "{}", set["set"]);
         assert!(set["hits"].as_u64().unwrap() <= set["rays"].as_u64().unwrap());
         for contestant in set["contestants"].as_array().unwrap() {
@@ -212,7 +212,7 @@ fn figures_are_kept_and_compared() {
     assert!(compared.contains("before") && ["tie", "faster", "slower"].iter().any(|word| compared.contains(word)));
     let report = json(dir.path(), &format!("{line} --against here.json"));
     // The renderer's choice, and each way by itself.
-    assert_eq!(report["against"].as_array().unwrap().len(), 1 + Traversal::ALL.len());
+    assert_eq!(report["against"].as_array().unwrap().len(), 1 + Traversal::THROUGH_A_TREE.len());
     assert!(report["against"][0]["ratio"].as_f64().unwrap() > 0.0);
     let nothing = good(dir.path(), &format!("{QUICK} --sets PH --only kernels --against here.json"));
     assert!(nothing.contains("nothing to compare"), "{nothing}");

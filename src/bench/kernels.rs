@@ -18,7 +18,12 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The renderer's choice, and every way by itself.
+    /// The renderer's choice, and every way through a tree by itself.
+    pub fn usual() -> Vec<Kernel> {
+        std::iter::once(Kernel::Suited).chain(Traversal::THROUGH_A_TREE.map(Kernel::Way)).collect()
+    }
+
+    /// All that there are.
     pub fn all() -> Vec<Kernel> {
         std::iter::once(Kernel::Suited).chain(Traversal::ALL.map(Kernel::Way)).collect()
     }
@@ -32,9 +37,9 @@ impl Kernel {
     }
 
     /// The way for a batch.
-    pub fn way(self, accel: &Accel, coherent: bool) -> Traversal {
+    pub fn way(self, accel: &Accel, query: Query, coherent: bool) -> Traversal {
         match self {
-            Kernel::Suited => accel.suited(coherent),
+            Kernel::Suited => accel.suited(query, coherent),
             Kernel::Way(way) => way,
         }
     }
@@ -68,7 +73,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn batch(&mut self, set: &RaySet, rows: std::ops::Range<usize>, coherent: bool) {
-        let way = self.kernel.way(self.accel, coherent);
+        let way = self.kernel.way(self.accel, set.query, coherent);
         let rays = set.rays.all().rows(rows);
         match set.query {
             Query::Closest => self.accel.closest_hits(way, self.tier, rays, self.hits.columns_mut(rays.len())),
@@ -84,7 +89,7 @@ pub fn closest_hits(accel: &Accel, kernel: Kernel, tier: Tier, set: &RaySet) -> 
     for (rows, coherent) in set.spans() {
         let rays = set.rays.all().rows(rows);
         let n = rays.len();
-        accel.closest_hits(kernel.way(accel, coherent), tier, rays, tracer.hits.columns_mut(n));
+        accel.closest_hits(kernel.way(accel, Query::Closest, coherent), tier, rays, tracer.hits.columns_mut(n));
         hits.extend((0..n).map(|row| tracer.hits.hit(row)));
     }
     hits
@@ -95,7 +100,7 @@ pub fn any_hits(accel: &Accel, kernel: Kernel, tier: Tier, set: &RaySet) -> Vec<
     let mut occluded = vec![false; set.rays.len()];
     for (rows, coherent) in set.spans() {
         let rays = set.rays.all().rows(rows.clone());
-        accel.any_hits(kernel.way(accel, coherent), tier, rays, &mut occluded[rows]);
+        accel.any_hits(kernel.way(accel, Query::Any, coherent), tier, rays, &mut occluded[rows]);
     }
     occluded
 }
@@ -106,7 +111,7 @@ pub fn counts(accel: &Accel, kernel: Kernel, tier: Tier, set: &RaySet) -> Traver
     let mut counts = TraversalCounts::default();
     for (rows, coherent) in set.spans() {
         let rays = set.rays.all().rows(rows);
-        let way = kernel.way(accel, coherent);
+        let way = kernel.way(accel, set.query, coherent);
         counts += match set.query {
             Query::Closest => accel.closest_hits_counted(way, tier, rays, tracer.hits.columns_mut(rays.len())),
             Query::Any => accel.any_hits_counted(way, tier, rays, &mut tracer.occluded),

@@ -64,9 +64,9 @@ impl Accel {
     }
 
     /// The way through the tree that suits rays of which neighbours go the same way (`coherent`), or do not.
-    pub fn suited(&self, coherent: bool) -> Traversal {
+    pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         match self {
-            Accel::Bvh(bvh) => bvh.suited(coherent),
+            Accel::Bvh(bvh) => bvh.suited(query, coherent),
             Accel::Brute(..) => Traversal::Single,
         }
     }

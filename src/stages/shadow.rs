@@ -11,7 +11,7 @@
 //! Light sampling asks for any hit before the light. Hemisphere sampling asks for the closest hit and whether it emits.
 
 use super::{Context, Stage};
-use crate::bvh::{Accel, TraversalCounts};
+use crate::bvh::{Accel, Query, TraversalCounts};
 use crate::sampling::lanes::V3;
 use crate::transport::emission;
 use crate::wave::features::Features;
@@ -60,7 +60,7 @@ pub fn run(context: &Context, n: usize, shadows: &Shadows, out: Out, scratch: &B
 fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples, scratch: &Bump) -> TraversalCounts {
     let occluded = scratch.alloc_slice_fill_copy(n, false);
     let trace = if context.counts { Accel::any_hits_counted } else { Accel::any_hits };
-    let counts = trace(context.accel, context.accel.suited(false), context.tier, shadows.rays(n), occluded);
+    let counts = trace(context.accel, context.accel.suited(Query::Any, false), context.tier, shadows.rays(n), occluded);
     for (row, &occluded) in occluded.iter().enumerate() {
         if !occluded {
             let slot = shadows.slot[row] as usize;
@@ -75,7 +75,7 @@ fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples
 /// Closest hit: whatever it emits arrives.
 fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalCounts {
     let Out { samples, hits } = out;
-    let way = context.accel.suited(false);
+    let way = context.accel.suited(Query::Closest, false);
     let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
     let counts = trace(context.accel, way, context.tier, shadows.rays(n), hits.columns_mut(n));
     for row in 0..n {

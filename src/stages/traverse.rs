@@ -9,7 +9,7 @@
 //! | cost | 24 bytes read, 20 written a row; nodes and leaves besides |
 
 use super::{Context, Stage};
-use crate::bvh::{Accel, TraversalCounts};
+use crate::bvh::{Accel, Query, TraversalCounts};
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
@@ -31,7 +31,7 @@ pub const STAGE: Stage = Stage {
 
 /// Traces the first `n` paths, all at vertex `depth`. Rows keep the order of their pixels, so camera rays are coherent.
 pub fn run(context: &Context, depth: u32, n: usize, paths: &Paths, hits: &mut Hits) -> TraversalCounts {
-    let way = context.accel.suited(depth == 0);
+    let way = context.accel.suited(Query::Closest, depth == 0);
     let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
     trace(context.accel, way, context.tier, paths.rays(n), hits.columns_mut(n))
 }

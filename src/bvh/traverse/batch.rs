@@ -1,7 +1,7 @@
 //! A batch of rays on its way to a kernel: node format, triangle test, instruction set, and whether there are spheres are
 //! chosen here, once.
 
-use super::{Traversal, Tree, TreeKernel, packet, single, wave};
+use super::{Traversal, Tree, TreeKernel, list, packet, single, wave};
 use crate::bvh::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
@@ -81,6 +81,7 @@ struct Ask<'a, N: Node, I, F, const ANY: bool, const SPHERES: bool, const COUNT:
 struct Single<A>(A);
 struct InFlight<A>(A);
 struct Packet<A>(A);
+struct List<A>(A);
 
 impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool>
     Ask<'_, N, I, F, ANY, SPHERES, COUNT>
@@ -90,6 +91,7 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
             Traversal::Single => tier.run(Single(self)),
             Traversal::InFlight => tier.run_wide(InFlight(self)),
             Traversal::Packet => tier.run_wide(Packet(self)),
+            Traversal::List => tier.run_wide(List(self)),
         }
     }
 }
@@ -127,5 +129,17 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
         let Ask { tree, rays, finish, .. } = self.0;
         packet::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
+    }
+}
+
+impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
+    for List<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+{
+    type Output = TraversalCounts;
+
+    #[inline(always)]
+    fn run<W: Wide>(self, wide: W) -> TraversalCounts {
+        let Ask { tree, rays, finish, .. } = self.0;
+        list::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
     }
 }

@@ -1,14 +1,16 @@
 //! Traversal: batches of rays in, columns of hits out.
 //!
 //! The ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), many in flight at
-//! once ([`wave`]), and neighbours together ([`packet`]). Which is faster depends on the tree and on the rays:
+//! once ([`wave`]), neighbours together ([`packet`]), and, where there is little to hit, all with everything ([`list`]). Which is faster depends on the tree and on the rays:
 //! [`Traversal`]. Each is generic over the format of the nodes ([`crate::bvh::node::Node`]) and over the triangle test
 //! ([`crate::bvh::intersect::Intersect`]).
 
 mod any_hit;
 mod batch;
+mod bins;
 mod closest_hit;
 mod leaf;
+mod list;
 mod packet;
 mod single;
 pub(super) mod slab;
@@ -72,17 +74,22 @@ pub trait TreeKernel {
 /// How a batch goes through the tree. The hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traversal {
-    /// One ray after another: fewest instructions.
+    /// One ray after another: the control.
     Single,
     /// Many rays at once: hides the waits for memory and for mispredicted branches.
     InFlight,
     /// Neighbours together: they share their visits, if they go the same way.
     Packet,
+    /// No way through a tree: every ray meets every primitive.
+    List,
 }
 
 impl Traversal {
-    /// All ways: what benches and tests run through.
-    pub const ALL: [Traversal; 3] = [Traversal::Single, Traversal::InFlight, Traversal::Packet];
+    /// All ways: what tests run through.
+    pub const ALL: [Traversal; 4] = [Traversal::Single, Traversal::InFlight, Traversal::Packet, Traversal::List];
+
+    /// The ways through a tree: what benches run through, however large the scene.
+    pub const THROUGH_A_TREE: [Traversal; 3] = [Traversal::Single, Traversal::InFlight, Traversal::Packet];
 
     /// For reports and on the command line.
     pub fn name(self) -> &'static str {
@@ -90,6 +97,7 @@ impl Traversal {
             Traversal::Single => "single",
             Traversal::InFlight => "in-flight",
             Traversal::Packet => "packet",
+            Traversal::List => "list",
         }
     }
 }
@@ -101,20 +109,30 @@ impl Traversal {
 /// 1.3, coral of 6 million triangles and 324 MiB 1.4, of 16 million and 865 MiB 1.05, 29 million triangles and 1.7 GiB 0.65.
 const PACKET_BYTES: usize = 1 << 29;
 
-/// Nodes from which incoherent rays go in flight: there is then a choice of ways, which a ray alone mispredicts.
+/// Nodes up to which incoherent rays go in packets, too, asking for the closest hit or for any: there is not much of a tree to
+/// disagree about, and what rays in flight would wait for lies in the nearest cache.
 ///
-/// The renderer's queues, in flight ÷ single (AVX-512; closest hit, any hit): a Cornell box of 3 nodes 1.06, 0.97; of 1000 nodes
-/// 1.73, 2.01; with the dragon in it 2.35, 2.22.
-const IN_FLIGHT_NODES: usize = 9;
+/// Mray/s of the renderer's queues, a torus of so many triangles in the Cornell box (AVX-512; closest hit and any hit, in flight →
+/// packets): 48: 8.3 → 12.0, 17.7 → 22.5; 160: 14.0 → 15.0, 17.4 → 25.3; 500 (60 nodes): 13.6 → 13.4, 16.6 → 22.5; 2000 (199 nodes):
+/// 13.8 → 11.3, 17.0 → 18.7; 8000: 12.5 → 9.8, 16.0 → 15.2; 30,000: 12.8 → 8.5, 15.1 → 13.4. One ray after another: 9 and 12 at most.
+const PACKET_NODES: [usize; 2] = [50, 400];
+
+/// Blocks of four primitives up to which all are tested.
+///
+/// Mray/s of the same queues (single, in flight, packets, list): the Cornell box with spheres, three blocks of triangles and one of
+/// spheres: 10.2, 11.4, 16.4, 19.4 and 12.5, 13.4, 23.5, 31.5; with a torus of 24 triangles, nine blocks: 9.7, 13.9, 15.6, 12.3 and
+/// 12.8, 18.3, 28.0, 21.6.
+const LIST_BLOCKS: usize = 5;
 
 impl Bvh4 {
     /// The way that suits rays of which neighbours go the same way (`coherent`), or do not.
-    pub fn suited(&self, coherent: bool) -> Traversal {
+    pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         let stats = self.stats();
-        if coherent && stats.bytes < PACKET_BYTES {
+        let small = stats.nodes <= PACKET_NODES[usize::from(query == Query::Any)];
+        if self.triangles.len() + self.spheres.len() <= LIST_BLOCKS {
+            Traversal::List
+        } else if small || (coherent && stats.bytes < PACKET_BYTES) {
             Traversal::Packet
-        } else if stats.nodes < IN_FLIGHT_NODES {
-            Traversal::Single
         } else {
             Traversal::InFlight
         }

@@ -176,7 +176,7 @@ fn known_set(name: &String, from_file: bool) -> Result<()> {
 fn kernels(names: &[String]) -> Result<Vec<Kernel>> {
     let all = Kernel::all();
     if names.is_empty() {
-        return Ok(all);
+        return Ok(Kernel::usual());
     }
     let find = |name: &String| {
         all.iter().copied().find(|kernel| kernel.name() == name).ok_or_else(|| {

@@ -1,12 +1,12 @@
 //! Leaves of a packet's way.
 
-use super::RAYS;
 use super::rays::Packet;
 use crate::bvh::columns::RayColumns;
 use crate::bvh::intersect::Intersect;
 use crate::bvh::ray::{Hit, MISS};
 use crate::bvh::sphere;
 use crate::bvh::sphere4::Sphere4;
+use crate::bvh::traverse::bins::RAYS;
 use crate::bvh::tri4::Tri4;
 use crate::simd::wide::Wide;
 

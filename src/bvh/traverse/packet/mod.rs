@@ -6,7 +6,7 @@
 //! alone of which a ray came this far ([`nodes`]). Leaves are tested as for rays in flight, a block against as many rays
 //! as a vector has quads ([`leaves`]): for triangles the size of pixels, of which a packet meets many and each ray few.
 //!
-//! Rays wait for others of their octant and their main axis ([`bins`]). So nothing needs a sign asked in the loop, all rays
+//! Rays wait for others of their octant and their main axis ([`super::bins`]). So nothing needs a sign asked in the loop, all rays
 //! read the same rows of a block, and rays unlike their neighbours do not make these go alone. Four packets take turns, so
 //! that what one reads next is fetched while the others go on.
 //!
@@ -28,7 +28,6 @@
 //! block's triangles before: finding the boxes took what it saved (packets of eight on lucy100k: 1540 instructions a ray, 1417
 //! without).
 
-mod bins;
 mod interval;
 mod leaves;
 mod nodes;
@@ -36,6 +35,7 @@ mod rays;
 mod stack;
 
 use super::Tree;
+use super::bins::{Bins, RAYS};
 use super::leaf::{count_block, count_vectors};
 use super::single::alone;
 use crate::bvh::child::Child;
@@ -46,11 +46,8 @@ use crate::bvh::ray::Hit;
 use crate::measure::lanes::Lanes;
 use crate::simd::wide::Wide;
 use crate::simd::{Address, prefetch_line};
-use bins::Bins;
 use rays::Packet;
 
-/// Rays of a packet: a bit of a word each.
-const RAYS: usize = 64;
 /// Packets that take turns.
 const IN_FLIGHT: usize = 4;
 

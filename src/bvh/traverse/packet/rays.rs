@@ -1,6 +1,5 @@
 //! The rays of a packet.
 
-use super::RAYS;
 use super::interval::{Bounds, Interval};
 use super::stack::PacketStack;
 use crate::bvh::child::Child;
@@ -11,6 +10,7 @@ use crate::bvh::node::Node;
 use crate::bvh::ray::{Hit, MISS};
 use crate::bvh::rays4::{Rays4, transposed};
 use crate::bvh::traverse::Tree;
+use crate::bvh::traverse::bins::RAYS;
 use crate::simd::wide::{MOST_LANES, Wide, Words};
 
 /// One component of all rays, and room for the widest vector beyond the last.

@@ -1,11 +1,12 @@
 //! Which rays make a packet.
 
-use super::RAYS;
 use crate::bvh::columns::RayColumns;
 use crate::bvh::intersect::Intersect;
 use crate::bvh::rays4::Rays4;
 use glam::Vec4;
 
+/// Rays of a packet: a bit of a word each.
+pub const RAYS: usize = 64;
 /// One for each octant of directions and each class of [`Intersect::class`].
 const BINS: usize = 32;
 
