@@ -27,6 +27,9 @@ import tempfile
 import time
 from pathlib import Path
 
+FOLDER = tempfile.TemporaryDirectory()
+# Kernels kept by earlier runs would hide what compiling takes; the variable is read when Mitsuba is imported.
+os.environ["DRJIT_CACHE_DIR"] = FOLDER.name
 try:
     import drjit as dr
     import mitsuba as mi
@@ -50,7 +53,8 @@ class Mitsuba:
     def __init__(self, scene, sampler, camera, size):
         self.name, self.sampler, self.scene = "mitsuba", sampler, scene
         self.sensor = load_sensor(camera, sampler, size)
-        first, again = (self.render(4, seed)[1] for seed in (8000, 8001))
+        # Compiled on one thread: its processor time is what it takes on an idle machine.
+        first, again = (self.render(4, seed)[2] for seed in (8000, 8001))
         self.compiling = max(0.0, first - again)
 
     def render(self, samples, seed):
@@ -66,12 +70,12 @@ class Mitsuba:
 class Comber:
     """One sampler of comber."""
 
-    def __init__(self, args, path, sampler, size, folder):
+    def __init__(self, args, path, sampler, size):
         self.name, self.sampler = "comber", sampler
-        self.picture = Path(folder) / "comber.exr"
+        self.picture = Path(FOLDER.name) / "comber.exr"
         self.command = [args.comber, "render", str(path), *comber_scene(path), "--json", "-o", str(self.picture),
                         "-r", *map(str, size), "-t", str(args.threads), "-m", str(args.depth), "--sampler", sampler,
-                        "--cache", str(Path(folder) / "trees"), *shlex.split(args.comber_options)]
+                        "--cache", f"{FOLDER.name}/trees", *shlex.split(args.comber_options)]
         # Processor time that is not rendering: reading and writing. The first run keeps the tree for all others.
         self.overhead = float(np.median([self._run("-s", "1", "-m", "0")[1] for _ in range(4)][1:]))
 
@@ -127,7 +131,7 @@ def best_sampler(scene, camera, size, samples, mask):
     return min(trial, key=lambda t: t[0])[1], {renderer.sampler: product for product, renderer in trial}
 
 
-def compare(args, scene_argument, folder):
+def compare(args, scene_argument):
     name, _, reference = scene_argument.partition("=")
     path = Path(name)
     if path.suffix not in (".dae", ".ply", ".obj") or not path.is_file():
@@ -138,7 +142,7 @@ def compare(args, scene_argument, folder):
     info = run([args.comber, "info", str(path), *comber_scene(path), "-r", *map(str, size), "--json"])
     camera = json.loads(info)["camera"]
     scene = load_scene(path, args.depth)
-    ours = [Comber(args, path, sampler, size, folder) for sampler in args.comber_samplers]
+    ours = [Comber(args, path, sampler, size) for sampler in args.comber_samplers]
     mask = ours[0].lamp_free()
     independent = Mitsuba(scene, "independent", camera, size)
     best, trial = best_sampler(scene, camera, size, min(args.samples, key=lambda n: abs(n - 64)), mask)
@@ -236,9 +240,8 @@ def count(text):
     return number
 
 
-def start_mitsuba(args, folder):
+def start_mitsuba(args):
     """Sets Mitsuba up. It is first tried in a process of its own: an LLVM that does not suit aborts the process."""
-    os.environ["DRJIT_CACHE_DIR"] = folder  # kernels kept from earlier runs would hide what compiling takes
     if "DRJIT_LIBLLVM_PATH" not in os.environ:
         places = ("/usr/lib/*/", "/usr/lib/", "/usr/lib64/")
         names = [name for place in places for name in glob.glob(place + "libLLVM*")]
@@ -247,7 +250,9 @@ def start_mitsuba(args, folder):
             os.environ["DRJIT_LIBLLVM_PATH"] = max(numbered)[1]
     probe = (f"import mitsuba as mi; mi.set_variant({args.variant!r}); "
              "mi.render(mi.load_dict(mi.cornell_box()), spp=1).numpy()")
-    tried = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True)
+    with tempfile.TemporaryDirectory() as kernels:
+        environment = os.environ | {"DRJIT_CACHE_DIR": kernels}
+        tried = subprocess.run([sys.executable, "-P", "-c", probe], capture_output=True, text=True, env=environment)
     if tried.returncode != 0:
         llvm, said = os.environ.get("DRJIT_LIBLLVM_PATH", "not found"), tried.stderr.strip().splitlines()
         raise Failure(f"Mitsuba's variant {args.variant} does not run here. Those named llvm need an LLVM newer than 15 "
@@ -270,19 +275,18 @@ def write_json(path, document):
 
 def main():
     args = arguments()
-    with tempfile.TemporaryDirectory() as folder:
-        start_mitsuba(args, folder)
-        version = run([args.comber, "--version"]).strip()
-        about = {"comber": version, "options": args.comber_options, "mitsuba": mi.__version__, "variant": args.variant,
-                 "depth": args.depth, "threads": args.threads, "epsilon": EPSILON}
-        print(f"{version} {args.comber_options}".strip() + f" beside Mitsuba {mi.__version__} {args.variant}, "
-              f"load {os.getloadavg()[0]:.1f}")
-        results = []
-        for scene in args.scenes:
-            results.append(compare(args, scene, folder))
-            report(results[-1], args)
-            if args.json:
-                write_json(args.json, about | {"scenes": results})
+    start_mitsuba(args)
+    version = run([args.comber, "--version"]).strip()
+    about = {"comber": version, "options": args.comber_options, "mitsuba": mi.__version__, "variant": args.variant,
+             "depth": args.depth, "threads": args.threads, "epsilon": EPSILON}
+    print(f"{version} {args.comber_options}".strip() + f" beside Mitsuba {mi.__version__} {args.variant}, "
+          f"load {os.getloadavg()[0]:.1f}")
+    results = []
+    for scene in args.scenes:
+        results.append(compare(args, scene))
+        report(results[-1], args)
+        if args.json:
+            write_json(args.json, about | {"scenes": results})
 
 
 if __name__ == "__main__":
