@@ -41,8 +41,6 @@ from equal_error import EPSILON, Row, agreement, ratios
 from mitsuba_scene import Failure, load_scene, load_sensor
 
 ROOT = Path(__file__).resolve().parent.parent
-# Mitsuba's samplers besides its default; the one with the least error × time in a trial is its best.
-SAMPLERS = ["multijitter", "stratified", "ldsampler", "orthogonal"]
 Z_MOST = 5.0  # standard errors that two pictures' means, or blocks, may lie apart
 
 
@@ -119,10 +117,10 @@ def read_exr(path):
 
 
 # --------------------------------------------------------------------------------------------------------- one scene
-def best_sampler(scene, camera, size, samples, mask):
+def best_sampler(samplers, scene, camera, size, samples, mask):
     """Mitsuba with the sampler of the least relMSE × processor time in three runs each, and the products of all."""
     trial = []
-    for sampler in SAMPLERS:
+    for sampler in samplers:
         row = Row(Mitsuba(scene, sampler, camera, size), samples)
         for seed in range(3):
             row.measure(9000 + seed)
@@ -145,7 +143,8 @@ def compare(args, scene_argument):
     ours = [Comber(args, path, sampler, size) for sampler in args.comber_samplers]
     mask = ours[0].lamp_free()
     independent = Mitsuba(scene, "independent", camera, size)
-    best, trial = best_sampler(scene, camera, size, min(args.samples, key=lambda n: abs(n - 64)), mask)
+    middle = min(args.samples, key=lambda n: abs(n - 64))
+    best, trial = best_sampler(args.mitsuba_samplers, scene, camera, size, middle, mask)
     theirs = [independent, best]
     rows = [Row(renderer, n) for renderer in ours for n in [1, *args.samples]]
     rows += [Row(renderer, n) for renderer in theirs for n in args.samples]
@@ -216,6 +215,9 @@ def arguments():
                         default=os.environ.get("COMBER", str(ROOT / "target/release/comber")))
     parser.add_argument("--comber-samplers", default=["sobol", "independent"], type=lambda text: text.split(","),
                         metavar="A,B,…", help="ratios are of the first [default: sobol,independent]")
+    parser.add_argument("--mitsuba-samplers", default=["multijitter", "stratified", "ldsampler", "orthogonal"],
+                        type=lambda text: text.split(","), metavar="A,B,…",
+                        help="the one best in a trial stands beside `independent` [default: all that there are]")
     parser.add_argument("--comber-options", default="", metavar="'…'", help="further options of `comber render`")
     parser.add_argument("--samples", default="4,16,64,256", type=numbers, metavar="N,N,…",
                         help="samples a pixel; powers of 4 suit all samplers [default: 4,16,64,256]")
