@@ -220,7 +220,7 @@ def arguments():
                         help="the one best in a trial stands beside `independent` [default: all that there are]")
     parser.add_argument("--comber-options", default="", metavar="'…'", help="further options of `comber render`")
     parser.add_argument("--samples", default="4,16,64,256", type=numbers, metavar="N,N,…",
-                        help="samples a pixel; powers of 4 suit all samplers [default: 4,16,64,256]")
+                        help="samples a pixel; powers of 4 suit all but orthogonal, which rounds [default: 4,16,64,256]")
     parser.add_argument("--depth", default=5, type=count, help="most bounces, as comber counts them [default: 5]")
     parser.add_argument("--size", default=[240, 180], nargs=2, type=count, metavar=("W", "H"),
                         help="pixels [default: the reference's, else 240 180]")
