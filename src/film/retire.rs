@@ -35,13 +35,11 @@ impl Tile {
         let lead = pixels[0];
         let open = match rule.trust {
             Trust::Halves => {
-                // Each half by what the other knows, as if that had as many samples: a half that has stopped
-                // says what it said then.
-                let samples = [0, 1].map(|half| self.interval(&pixels[..1], Some(half)).samples);
-                let stops = |half: u32| {
-                    let judge = self.interval(pixels, Some(1 - half)).at(samples[half as usize]);
-                    converged(&judge, rule)
-                };
+                // Each half by the spread of the other, as if that had all samples of the pixel: the mean of both is
+                // what has to be good enough. A half that has stopped says what it said then.
+                let samples = |half: u32| self.interval(&pixels[..1], Some(half)).samples;
+                let all = samples(0).saturating_add(samples(1));
+                let stops = |half: u32| converged(&self.interval(pixels, Some(1 - half)).at(all), rule);
                 let closed = u8::from(stops(0)) | u8::from(stops(1)) << 1;
                 self.open[lead] & !closed
             }
