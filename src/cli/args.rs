@@ -5,7 +5,8 @@ use super::diff::args::DiffArgs;
 use super::profile::args::ProfileArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
-    Accel, Confidence, Direct, Integrator, Intersection, NodeFormat, Normals, Quality, Roulette, Simd,
+    Accel, Confidence, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat, Normals, Quality,
+    Roulette, Simd,
 };
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
@@ -347,6 +348,12 @@ pub struct TransportArgs {
     /// The same as --direct hemisphere.
     #[arg(short = 'H', long)]
     pub hemisphere: bool,
+    /// How points on lights are drawn.
+    #[arg(long, value_name = "HOW", default_value = "solid-angle", value_parser = choice(LIGHT_SAMPLINGS))]
+    pub light_sampling: LightSampling,
+    /// Which lights are asked at each point of a path.
+    #[arg(long, value_name = "WHICH", default_value = "auto", value_parser = choice(LIGHT_SELECTIONS))]
+    pub light_selection: LightSelection,
     /// When paths end early: `off`; `fixed:P` goes on with probability P, above 0 and at most 1; `throughput[:START]`
     /// goes on with the probability of the path's throughput, at most 0.95, once START bounces are done.
     #[arg(long, value_name = "WHEN", default_value = "throughput:3", value_parser = values::roulette)]
@@ -465,6 +472,26 @@ const DIRECTS: &[(&str, &str, Direct)] = &[
     ("light", "points on the lights", Direct::Light),
     ("bsdf", "the ray that continues the path, and nothing else", Direct::Bsdf),
     ("mis", "lights and continuing ray, weighted by the power heuristic", Direct::Mis),
+];
+
+const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
+    ("area", "uniform by area", LightSampling::Area),
+    (
+        "solid-angle",
+        "rectangles and triangles uniform by the angle that they fill, unless that is tiny",
+        LightSampling::SolidAngle,
+    ),
+];
+
+const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
+    ("auto", "each if there are few, else by the tree", LightSelection::Auto),
+    ("each", "each light, a mesh being one", LightSelection::Each),
+    ("power", "at most 16 lights, drawn by their power", LightSelection::Power),
+    (
+        "tree",
+        "at most as many, of which one may be a triangle of a mesh, drawn by a bound of what arrives",
+        LightSelection::Tree,
+    ),
 ];
 
 const CAMERAS: &[(&str, &str, CameraChoice)] = &[
