@@ -338,7 +338,8 @@ pub struct TransportArgs {
     #[arg(short = 'm', long, value_name = "N", default_value_t = 5, value_parser = whole(0, 65536),
           allow_negative_numbers = true)]
     pub depth: u32,
-    /// Rays towards each area light at each point of a path; with -H, rays over the hemisphere per light.
+    /// Rays towards each area light at each point of a path; with -H, rays over the hemisphere per light. Where lights are
+    /// drawn, so many for each of at most 16.
     #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = whole(1, 4096),
           allow_negative_numbers = true)]
     pub light_samples: u32,
