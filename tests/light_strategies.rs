@@ -16,7 +16,7 @@ const SELECTIONS: [LightSelection; 3] = [LightSelection::Each, LightSelection::P
 const SAMPLINGS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
 
 fn small() -> RenderOptions {
-    RenderOptions { width: 32, height: 24, samples: 96, max_depth: 3, aovs: true, ..RenderOptions::default() }
+    RenderOptions { width: 24, height: 18, samples: 48, max_depth: 3, aovs: true, ..RenderOptions::default() }
 }
 
 /// A room with rectangles, one of them askew, spheres, and two emissive meshes: a band of 40 triangles and a pyramid.
@@ -61,7 +61,7 @@ fn all_ways_to_choose_agree() {
     let ready = room();
     let base = |seed| RenderOptions { seed, ..small() };
     // What rays find by themselves knows nothing of choosing.
-    let control = ready.render(&RenderOptions { direct: Direct::Bsdf, samples: 3000, ..base(1000) }).picture;
+    let control = ready.render(&RenderOptions { direct: Direct::Bsdf, samples: 800, ..base(1000) }).picture;
     let mut family = Family::new("ways to choose among lights");
     let mut seed = 0;
     for direct in [Direct::Mis, Direct::Light] {
