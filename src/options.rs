@@ -59,9 +59,9 @@ pub enum Direct {
 #[serde(rename_all = "kebab-case")]
 pub enum LightSampling {
     /// Uniform by area.
+    #[default]
     Area,
     /// Rectangles and triangles uniform by solid angle, unless that is tiny.
-    #[default]
     SolidAngle,
 }
 

@@ -350,7 +350,7 @@ pub struct TransportArgs {
     #[arg(short = 'H', long)]
     pub hemisphere: bool,
     /// How points on lights are drawn.
-    #[arg(long, value_name = "HOW", default_value = "solid-angle", value_parser = choice(LIGHT_SAMPLINGS))]
+    #[arg(long, value_name = "HOW", default_value = "area", value_parser = choice(LIGHT_SAMPLINGS))]
     pub light_sampling: LightSampling,
     /// Which lights are asked at each point of a path.
     #[arg(long, value_name = "WHICH", default_value = "auto", value_parser = choice(LIGHT_SELECTIONS))]
