@@ -201,8 +201,9 @@ fn scene(ready: &Ready, [width, height]: [u32; 2], most: u32, seeds: u32) {
         let samples = known.samples / known.pixels;
         let uniform = |sampler| {
             let samples = (samples.round() as u32).max(1);
-            let of = |seed| error(&render(&RenderOptions { samples, seed: 77 + seed, sampler, ..options.clone() }));
-            (0..2).map(of).sum::<f64>() / 2.0
+            let of =
+                |seed: u32| error(&render(&RenderOptions { samples, seed: 77 + seed, sampler, ..options.clone() }));
+            (0..2u32).map(of).sum::<f64>() / 2.0
         };
         let (same, sobol) = (uniform(rule.sampler), uniform(Sampler::Sobol));
         let light: f64 = truth.iter().map(|t| f64::from(t[1])).sum();

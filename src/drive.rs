@@ -17,7 +17,6 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
 use crate::stages::{self, Context};
-use crate::transport::Transport;
 use crate::wave::Wave;
 use crate::wave::features::Features;
 use crate::wave::span::Span;
@@ -57,7 +56,7 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observ
         scene,
         accel,
         lens: camera.lens(options.width, options.height),
-        transport: Transport::new(options, &scene.lights),
+        transport: plan.transport.clone(),
         features: plan.features,
         sampler: Sampler::new(options),
         tier: Tier::detect(options.simd)?,

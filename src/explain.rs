@@ -49,6 +49,8 @@ pub enum Event {
         /// The light.
         id: usize,
     },
+    /// No light can arrive: the light tree has nothing to ask.
+    NoLight,
     /// A light was asked.
     Light {
         /// Which.
@@ -159,6 +161,7 @@ fn told(event: &Event, scene: &Scene) -> String {
             format!("  at      {point}  normal {normal}  geometric {flat}  albedo {albedo}")
         }
         Event::Emission { value } => format!("  shines  + {}", show(*value)),
+        Event::NoLight => "  light   none can arrive here".into(),
         Event::FacesAway { id } => format!("  light   {}: turned away", scene.lights[*id].name),
         Event::Light { id, found, value, free } => {
             let name = &scene.lights[*id].name;
@@ -202,7 +205,7 @@ fn is_finite(event: &Event) -> bool {
         Event::Ray { origin, direction, beta, .. } => finite(origin) && finite(direction) && finite(beta),
         Event::Surface { at, .. } => finite(&at.origin) && finite(&at.normal) && finite(&at.geometric),
         Event::Emission { value } | Event::Light { value, .. } => finite(value),
-        Event::FacesAway { .. } => true,
+        Event::FacesAway { .. } | Event::NoLight => true,
         Event::Hemisphere { direction, value, .. } => finite(direction) && value.as_ref().is_none_or(finite),
         Event::Bounce { pdf, beta, survival, .. } => pdf.is_finite() && survival.is_finite() && finite(beta),
     }

@@ -67,6 +67,32 @@ pub enum Sampler {
     BlueNoise,
 }
 
+/// How a point on a light is drawn. Spheres are drawn by the cone that they fill, whatever this says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSampling {
+    /// Uniform by area.
+    #[default]
+    Area,
+    /// Rectangles and triangles uniform by solid angle, unless that is tiny.
+    SolidAngle,
+}
+
+/// Which lights are asked at each vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSelection {
+    /// Each if they are few, else by the tree.
+    #[default]
+    Auto,
+    /// Each light.
+    Each,
+    /// Lights drawn in proportion to their power.
+    Power,
+    /// Parts of lights drawn by a tree, in proportion to a bound of what arrives.
+    Tree,
+}
+
 /// When a path ends early.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -311,6 +337,10 @@ pub struct RenderOptions {
     pub integrator: Integrator,
     /// How direct light is estimated.
     pub direct: Direct,
+    /// How points on lights are drawn.
+    pub light_sampling: LightSampling,
+    /// Which lights are asked.
+    pub light_selection: LightSelection,
     /// When paths end early.
     pub roulette: Roulette,
     /// Adaptive sampling, or every pixel gets all its samples.
@@ -344,6 +374,8 @@ impl Default for RenderOptions {
             max_depth: 5,
             integrator: Integrator::Path,
             direct: Direct::Mis,
+            light_sampling: LightSampling::default(),
+            light_selection: LightSelection::default(),
             roulette: Roulette::default(),
             adaptive: None,
             sampler: Sampler::default(),

@@ -62,6 +62,9 @@ pub struct Plan {
     /// What the scene and the options require.
     #[serde(skip)]
     pub features: Features,
+    /// The estimator.
+    #[serde(skip)]
+    pub transport: Transport,
     /// Stages in order.
     pub stages: Vec<PlannedStage>,
     /// Columns, by table.
@@ -94,12 +97,14 @@ pub struct PlannedMemory {
     pub scene: u64,
     /// Acceleration structure.
     pub accel: u64,
+    /// What chooses among lights.
+    pub lights: u64,
 }
 
 impl PlannedMemory {
     /// All of it.
     pub fn total(self) -> u64 {
-        [self.film, self.scene, self.accel].iter().fold(self.waves, |a, &b| a.saturating_add(b))
+        [self.film, self.scene, self.accel, self.lights].iter().fold(self.waves, |a, &b| a.saturating_add(b))
     }
 
     /// What a render still has to allocate: scene and acceleration structure are there already.
@@ -139,11 +144,13 @@ impl Plan {
             film: pixels * (film.bytes_per_pixel() + film.picture_bytes_per_pixel()) as u64,
             scene: scene.bytes() as u64,
             accel: accel.stats().bytes as u64,
+            lights: transport.selection.bytes() as u64,
         };
         Ok(Plan {
             stages: planned_stages(features, &tables, &Subject { scene, accel, options, transport: &transport })?,
             columns: planned_columns(&tables),
             options: options.clone(),
+            transport,
             cell,
             features,
             bytes_per_path,
@@ -182,6 +189,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::CONTINUE.when(continues)
         | Features::SHADOW.when(shadow)
         | Features::MIS.when(shadow && continues && transport.mis())
+        | Features::LOOK_BACK.when(shadow && continues && transport.looks_back())
         | Features::HEMISPHERE.when(shadow && options.direct == Direct::Hemisphere)
         | Features::ROULETTE.when(continues && can_end)
         | Features::AOVS.when(aovs)
@@ -281,7 +289,6 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
         (true, false) => "triangles",
         _ => "spheres",
     };
-    let lights = scene.lights.len();
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     match stage.name {
         "generate" => ("pinhole camera, jittered".into(), "every path starts at the camera".into()),
@@ -332,11 +339,12 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
             }
             let mut why = format!("{} of {}", count(scene.materials.len(), "material"), "diffuse kind");
             if features.has(Features::SHADOW) {
-                why += &format!(
-                    "; {} a vertex towards {}",
-                    count(transport.shadow_samples as usize, "shadow ray"),
-                    count(lights, "light")
-                );
+                let rays = count(transport.shadow_samples as usize, "shadow ray");
+                why += &format!("; {rays} a vertex towards {}", count(scene.lights.len(), "light"));
+                if !features.has(Features::HEMISPHERE) {
+                    parts.push(transport.selection.kernel());
+                    why += &format!(": {}", transport.selection.why(options.light_selection, &scene.lights));
+                }
             }
             (if parts.is_empty() { "nothing to shade".into() } else { parts.join(", ") }, why)
         }

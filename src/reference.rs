@@ -20,7 +20,7 @@ use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
 use crate::scene::surface::SurfacePoint;
 use crate::simd::{Kernel, Tier};
-use crate::transport::{self, Sampled, Transport, Vertex};
+use crate::transport::{self, Asked, Left, Transport, Vertex};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -105,6 +105,8 @@ struct Path {
     beta: V3<f32>,
     /// Density with which `direction` was drawn.
     pdf: f32,
+    /// Shading normal of the surface it left.
+    normal: V3<f32>,
     radiance: V3<f32>,
 }
 
@@ -121,8 +123,8 @@ impl<'a> Tracer<'a> {
         let mut rays = Rays { single: self.accel.single(), counts: RayCounts::default(), witness: () };
         let mut first = 0;
         while first < self.options.samples && !tile.active.is_empty() {
-            let step = self.options.adaptive.map_or(self.options.samples, |rule| rule.step(first));
-            let step = step.min(self.options.samples - first);
+            let (all, rule) = (self.options.samples, &self.options.adaptive);
+            let step = rule.map_or(all, |rule| rule.step(first)).min(all - first);
             for local in tile.active.clone() {
                 let local = local as usize;
                 let (from, stride, count) = tile.wanted(local, first, step);
@@ -131,9 +133,7 @@ impl<'a> Tracer<'a> {
                     tile.add(local, index, &sample);
                 }
             }
-            if let Some(rule) = &self.options.adaptive {
-                tile.retire(rule);
-            }
+            rule.iter().for_each(|rule| tile.retire(rule));
             first += step;
         }
         rays.counts
@@ -151,6 +151,7 @@ impl<'a> Tracer<'a> {
             direction: self.lens.direction(x as f32 + u, y as f32 + v),
             beta: V3::new(1.0, 1.0, 1.0),
             pdf: 0.0,
+            normal: V3::new(0.0, 0.0, 0.0),
             radiance: V3::new(0.0, 0.0, 0.0),
         };
         let mut sample = Sample { depth: f32::INFINITY, ..Sample::default() };
@@ -214,16 +215,12 @@ impl<'a> Tracer<'a> {
     /// Emission that the path has found.
     #[inline(always)]
     fn emitted(&self, depth: u32, path: &Path, hit: &Hit) -> V3<f32> {
-        let Some((id, light, cos)) = transport::emission(self.scene, hit, path.origin, path.direction) else {
+        let Some(found) = transport::emission(self.scene, hit, path.origin, path.direction) else {
             return V3::new(0.0, 0.0, 0.0);
         };
-        let weight = if depth > 0 && self.transport.mis() {
-            let rate = self.transport.rates[id];
-            transport::emission_weight(light, rate, path.origin, hit.t, cos, path.pdf)
-        } else {
-            1.0
-        };
-        path.beta.times(light.radiance.into()) * weight
+        let left = Left { origin: path.origin, normal: path.normal, pdf: path.pdf };
+        let weight = self.transport.emission_weight(depth, &found, left, hit.t);
+        path.beta.times(found.light.radiance.into()) * weight
     }
 
     /// Direct-light sample `k`.
@@ -248,16 +245,15 @@ impl<'a> Tracer<'a> {
             rays.counts.shadow += 1;
             let hit = rays.single.closest_hit(&Ray::new(at.origin.into(), direction.into()));
             let light = transport::emission(scene, &hit, at.origin, direction);
-            let value = light.map(|(_, light, _)| value.times(light.radiance.into()));
+            let value = light.map(|found| value.times(found.light.radiance.into()));
             rays.witness.saw(|| Event::Hemisphere { direction, hit, value });
             path.radiance = value.map_or(path.radiance, |value| path.radiance + value);
             return;
         }
-        let id = transport.light_of(k, random[3]);
-        let light = &scene.lights[id];
-        let found = light.sample(at.origin, [random[0], random[1], random[2]]);
-        let sampled = Sampled { radiance: light.radiance.into(), rate: transport.rates[id] };
-        let value = transport::light_contribution(vertex, sampled, found, transport.mis());
+        let Some(Asked { id, light, found }) = transport.ask(&scene.lights, k, random, at.origin, at.normal) else {
+            return rays.witness.saw(|| Event::NoLight);
+        };
+        let value = transport::light_contribution(vertex, light, found, transport.mis());
         if value.is_zero() {
             rays.witness.saw(|| Event::FacesAway { id });
             return;
@@ -295,6 +291,7 @@ impl<'a> Tracer<'a> {
         path.direction = drawn.direction;
         path.beta = beta * (1.0 / survival);
         path.pdf = drawn.pdf;
+        path.normal = at.normal;
         true
     }
 }

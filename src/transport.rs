@@ -6,9 +6,10 @@
 //! direct light.
 
 use crate::bvh::ray::Hit;
+use crate::light::selection::{Chosen, Selection};
 use crate::light::{Light, LightSample};
 use crate::material::diffuse;
-use crate::options::{Direct, Integrator, RenderOptions, Roulette};
+use crate::options::{Direct, Integrator, LightSampling, RenderOptions, Roulette};
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::Dimensions;
 use crate::sampling::warp;
@@ -17,9 +18,6 @@ use crate::scene::shapes::NO_LIGHT;
 use crate::scene::surface;
 use glam::Vec3;
 use std::f32::consts::PI;
-
-/// Scenes with more lights than this draw lights by power instead of asking each of them.
-pub const MOST_LIGHTS_EACH: usize = 16;
 
 /// Options and lights, resolved to what the estimator needs.
 #[derive(Clone, Debug)]
@@ -36,36 +34,40 @@ pub struct Transport {
     pub dimensions: Dimensions,
     /// Shadow rays a vertex.
     pub shadow_samples: u32,
-    /// Rays for each light; `None` if lights are drawn by power.
-    pub samples_per_light: Option<u32>,
-    /// Running sums of the lights' powers as fractions, for drawing by power.
-    power_cdf: Vec<f32>,
-    /// Expected number of samples of each light: multiplies its density.
-    pub rates: Vec<f32>,
+    /// Which lights they ask.
+    pub selection: Selection,
+    /// How points on lights are drawn.
+    pub light_sampling: LightSampling,
+}
+
+/// What a shadow sample asks.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// Number of the light.
+    pub id: usize,
+    /// The part of it, as the estimator sees it.
+    pub light: Sampled<f32>,
+    /// A point of that.
+    pub found: LightSample<f32>,
+}
+
+/// Where a ray came from.
+#[derive(Clone, Copy, Debug)]
+pub struct Left {
+    /// Where it starts.
+    pub origin: V3<f32>,
+    /// Unit shading normal of the surface there. Without meaning unless the estimator looks back.
+    pub normal: V3<f32>,
+    /// Density with which its direction was drawn; without meaning unless that is shared with light samples.
+    pub pdf: f32,
 }
 
 impl Transport {
     /// Resolves `options` for the lights of a scene. Integrators that simulate no light get bounces 0 to 0.
     pub fn new(options: &RenderOptions, lights: &[Light]) -> Transport {
         let (min_bounce, max_bounce) = options.integrator.bounces(options.max_depth).unwrap_or((0, 0));
-        let each = lights.len() <= MOST_LIGHTS_EACH;
-        let asked = options.light_samples * lights.len().min(MOST_LIGHTS_EACH) as u32;
-        let shadow_samples = if options.direct == Direct::Bsdf { 0 } else { asked };
-        let total: f64 = lights.iter().map(|l| f64::from(l.power())).sum();
-        let fraction = |light: &Light| {
-            if total > 0.0 { f64::from(light.power()) / total } else { 1.0 / lights.len() as f64 }
-        };
-        let mut sum = 0.0;
-        let power_cdf = lights
-            .iter()
-            .map(|l| {
-                sum += fraction(l);
-                sum as f32
-            })
-            .collect();
-        let rate = |light: &Light| {
-            if each { options.light_samples as f32 } else { (f64::from(shadow_samples) * fraction(light)) as f32 }
-        };
+        let selection = Selection::new(options, lights);
+        let shadow_samples = selection.rays(options, lights);
         Transport {
             min_bounce,
             max_bounce,
@@ -73,9 +75,8 @@ impl Transport {
             roulette: options.roulette,
             dimensions: Dimensions { light_samples: shadow_samples },
             shadow_samples,
-            samples_per_light: each.then_some(options.light_samples),
-            power_cdf,
-            rates: lights.iter().map(rate).collect(),
+            selection,
+            light_sampling: options.light_sampling,
         }
     }
 
@@ -106,13 +107,42 @@ impl Transport {
         self.direct == Direct::Mis
     }
 
-    /// The light that shadow sample `k` asks: fixed, or drawn by the number `u`.
+    /// Whether a continuing ray that finds emission must know the surface that it left: the tree picks by it.
+    pub fn looks_back(&self) -> bool {
+        self.mis() && matches!(self.selection, Selection::Tree(_))
+    }
+
+    /// The light that shadow sample `k` asks at every vertex, and how often, if it is the same.
     #[inline(always)]
-    pub fn light_of(&self, k: u32, u: f32) -> usize {
-        match self.samples_per_light {
-            Some(per_light) => (k / per_light) as usize,
-            None => self.power_cdf.partition_point(|&sum| sum <= u).min(self.power_cdf.len() - 1),
+    pub fn same_light(&self, k: u32) -> Option<(usize, f32)> {
+        match self.selection {
+            Selection::Each(each) => Some(((k / each) as usize, each as f32)),
+            _ => None,
         }
+    }
+
+    /// What shadow sample `k` asks from a point of a surface with unit `normal`; `None` where no light can arrive. The
+    /// last two of the vertex's numbers choose the part of a light, the first two a point of it.
+    #[inline(always)]
+    pub fn ask(&self, lights: &[Light], k: u32, random: [f32; 4], from: V3<f32>, normal: V3<f32>) -> Option<Asked> {
+        let [u, v, choice @ ..] = random;
+        let Chosen { id, part, rate } =
+            self.selection.choose(lights, [k, self.shadow_samples], choice, from, normal)?;
+        let light = &lights[id];
+        let found = light.sample(part, from, [u, v], self.light_sampling);
+        Some(Asked { id, light: Sampled { radiance: light.radiance.into(), rate }, found })
+    }
+
+    /// MIS weight of emission found at vertex `depth`, at `distance` from where the ray left: 1 where light samples have no part in it.
+    #[inline(always)]
+    pub fn emission_weight(&self, depth: u32, found: &Emission, left: Left, distance: f32) -> f32 {
+        if depth == 0 || !self.mis() {
+            return 1.0;
+        }
+        let Emission { id, part, light, cos } = *found;
+        let rate = self.selection.rate(light, [id as u32, part], self.shadow_samples, left.origin, left.normal);
+        let density = light.pdf(part, left.origin, distance, cos, self.light_sampling) * rate;
+        warp::power_heuristic(left.pdf, density)
     }
 
     /// Probability that a path goes on from vertex `depth` with throughput `beta`.
@@ -177,14 +207,22 @@ pub fn hemisphere_sample<F: Lanes>(at: Vertex<F>, [u, v]: [F; 2], count: u32) ->
     (direction, V3::select(above, value, V3::new(zero, zero, zero)))
 }
 
-/// Emission towards a ray: the light that was hit and the cosine at it; `None` for surfaces that do not emit, or not on this side.
+/// Emission that a ray has found.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission<'a> {
+    /// Number of the light.
+    pub id: usize,
+    /// Which part of it.
+    pub part: u32,
+    /// The light.
+    pub light: &'a Light,
+    /// Cosine at it.
+    pub cos: f32,
+}
+
+/// Emission towards a ray; `None` for surfaces that do not emit, or not on this side.
 #[inline(always)]
-pub fn emission<'a>(
-    scene: &'a Scene,
-    hit: &Hit,
-    origin: V3<f32>,
-    direction: V3<f32>,
-) -> Option<(usize, &'a Light, f32)> {
+pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>) -> Option<Emission<'a>> {
     let geometry = scene.shapes.geometries.get(hit.geom as usize)?;
     if geometry.light == NO_LIGHT {
         return None;
@@ -192,7 +230,10 @@ pub fn emission<'a>(
     let outward = outward_normal(scene, hit, origin, direction);
     let cos = -outward.dot(direction);
     let id = geometry.light as usize;
-    (cos > 0.0).then(|| (id, &scene.lights[id], cos))
+    let light = &scene.lights[id];
+    // The two triangles of a parallelogram are one part.
+    let part = if light.parts() > 1 { hit.prim - geometry.first_prim } else { 0 };
+    (cos > 0.0).then_some(Emission { id, part, light, cos })
 }
 
 /// Unit normal of the front side at a hit: by winding for triangles, outwards for spheres.
@@ -203,12 +244,6 @@ pub fn outward_normal(scene: &Scene, hit: &Hit, origin: V3<f32>, direction: V3<f
         Some(sphere) => (origin + direction * hit.t - sphere.center.into()).normalize(),
         None => surface::triangle_normal(shapes.corners(hit.prim).map(V3::from)),
     }
-}
-
-/// MIS weight of emission found by a ray drawn with density `pdf` at `origin`, the light being sampled at rate `rate` there too.
-#[inline(always)]
-pub fn emission_weight(light: &Light, rate: f32, origin: V3<f32>, distance: f32, cos_light: f32, pdf: f32) -> f32 {
-    warp::power_heuristic(pdf, light.pdf(origin, distance, cos_light) * rate)
 }
 
 /// The surface at a hit, of whichever kind: the scalar twin of the batch in `stages/shade`.

@@ -194,8 +194,8 @@ fn allocated(wave: &Wave) -> Vec<(String, usize)> {
     }
     let mut all = columns! {
         "sample", wave.samples => pixel index r g b albedo_r albedo_g albedo_b normal_x normal_y normal_z depth;
-        "path", wave.paths => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf roulette;
-        "next", wave.next => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf roulette;
+        "path", wave.paths => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf nx ny nz roulette;
+        "next", wave.next => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf nx ny nz roulette;
         "hit", wave.hits => t u v prim geom;
         "shadow", wave.shadows => ox oy oz dx dy dz t_max slot direct_r direct_g direct_b;
         "shadow_hit", wave.shadow_hits => t u v prim geom;

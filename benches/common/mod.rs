@@ -24,14 +24,27 @@ pub struct Ready {
 /// The names of all bench scenes. The last two need models that `scenes/fetch.sh` fetches.
 pub const SCENES: [&str; 6] = ["cornell_empty", "cornell_spheres", "cornell_mesh", "default", "lucy100k", "dragon"];
 
+/// The scene of that name as described; a word and `None` if it needs a file that is not here.
+pub fn describe(name: &str) -> Option<(SceneDescription, Camera)> {
+    match name {
+        "default" => Some(staged(default::description())),
+        "dragon" => on_stage(&["scenes/models/dragon_vrip.ply", "../shared/models/dragon_vrip.ply"]),
+        "lucy100k" => on_stage(&["scenes/models/lucy100k.obj", "../shared/models/lucy100k.obj"]),
+        _ => {
+            let folders = ["scenes", "../shared/scenes/cs184"];
+            let mut files = folders.iter().map(|folder| project().join(folder).join(name).with_extension("dae"));
+            let found = files.find(|file| file.exists());
+            if found.is_none() {
+                eprintln!("skipped: {name}.dae is not here");
+            }
+            found.map(|file| course(&file))
+        }
+    }
+}
+
 /// The scene of that name; a word and `None` if it needs a model that is not here.
 pub fn load(name: &'static str) -> Option<Ready> {
-    let (description, camera) = match name {
-        "default" => staged(default::description()),
-        "dragon" => on_stage(&["scenes/models/dragon_vrip.ply", "../shared/models/dragon_vrip.ply"])?,
-        "lucy100k" => on_stage(&["scenes/models/lucy100k.obj", "../shared/models/lucy100k.obj"])?,
-        _ => course(&project().join("scenes").join(name).with_extension("dae")),
-    };
+    let (description, camera) = describe(name)?;
     let scene = Scene::build(description, SceneOptions::default()).expect("a scene of the project is sound");
     let accel =
         Accel::build(&scene.shapes, &options::AccelOptions::default()).expect("a scene of the project can be indexed");
@@ -83,8 +96,12 @@ impl Args {
 
     /// The bench scenes that the words name; all of them without words.
     pub fn scenes(&self) -> Vec<&'static str> {
-        let chosen = |name: &&str| self.words.is_empty() || self.words.iter().any(|word| name.contains(word.as_str()));
         let all = if self.measure { &SCENES[..] } else { &SCENES[..1] };
-        all.iter().copied().filter(chosen).collect()
+        all.iter().copied().filter(|name| self.chosen(name)).collect()
+    }
+
+    /// Whether the words, if there are any, name this scene.
+    pub fn chosen(&self, name: &str) -> bool {
+        self.words.is_empty() || self.words.iter().any(|word| name.contains(word.as_str()))
     }
 }

@@ -25,7 +25,7 @@ use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
-use crate::transport::{self, Transport};
+use crate::transport::{self, Asked, Transport};
 use glam::Vec3;
 
 /// What sets are made from.
@@ -118,7 +118,7 @@ fn shadow_rays(source: &Source, rays: &Rays, hits: &[Hit]) -> Rays {
         let ray = rays.all().ray(row);
         let at = transport::surface_at(source.scene, hit, ray.origin.into(), ray.direction.into());
         let random = uniform4(row as u32, 0, 0, 0);
-        let found = lights[transport.light_of(0, random[3])].sample(at.origin, [random[0], random[1], random[2]]);
+        let Some(Asked { found, .. }) = transport.ask(lights, 0, random, at.origin, at.normal) else { continue };
         // The renderer asks no question whose answer is worth nothing.
         if found.pdf > 0.0 && found.direction.dot(at.geometric) > 0.0 && found.direction.dot(at.normal) > 0.0 {
             shadow_rays.push(Ray {

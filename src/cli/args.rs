@@ -5,8 +5,8 @@ use super::diff::args::DiffArgs;
 use super::profile::args::ProfileArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
-    Accel, Area, Confidence, Direct, Integrator, Intersection, NodeFormat, Normals, Quality, Roulette, Sampler, Simd,
-    Tests, Trust,
+    Accel, Area, Confidence, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat, Normals,
+    Quality, Roulette, Sampler, Simd, Tests, Trust,
 };
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
@@ -355,7 +355,8 @@ pub struct TransportArgs {
     #[arg(short = 'm', long, value_name = "N", default_value_t = 5, value_parser = whole(0, 65536),
           allow_negative_numbers = true)]
     pub depth: u32,
-    /// Rays towards each area light at each point of a path; with -H, rays over the hemisphere per light.
+    /// Rays towards each area light at each point of a path; with -H, rays over the hemisphere per light. Where lights are
+    /// drawn, so many for each of at most 16.
     #[arg(short, long, value_name = "N", default_value_t = 1, value_parser = whole(1, 4096),
           allow_negative_numbers = true)]
     pub light_samples: u32,
@@ -365,6 +366,12 @@ pub struct TransportArgs {
     /// The same as --direct hemisphere.
     #[arg(short = 'H', long)]
     pub hemisphere: bool,
+    /// How points on lights are drawn.
+    #[arg(long, value_name = "HOW", default_value = "area", value_parser = choice(LIGHT_SAMPLINGS))]
+    pub light_sampling: LightSampling,
+    /// Which lights are asked at each point of a path.
+    #[arg(long, value_name = "WHICH", default_value = "auto", value_parser = choice(LIGHT_SELECTIONS))]
+    pub light_selection: LightSelection,
     /// When paths end early: `off`; `fixed:P` goes on with probability P, above 0 and at most 1; `throughput[:START]`
     /// goes on with the probability of the path's throughput, at most 0.95, once START bounces are done.
     #[arg(long, value_name = "WHEN", default_value = "throughput:3", value_parser = values::roulette)]
@@ -509,6 +516,26 @@ const DIRECTS: &[(&str, &str, Direct)] = &[
     ("light", "points on the lights", Direct::Light),
     ("bsdf", "the ray that continues the path, and nothing else", Direct::Bsdf),
     ("mis", "lights and continuing ray, weighted by the power heuristic", Direct::Mis),
+];
+
+const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
+    ("area", "uniform by area", LightSampling::Area),
+    (
+        "solid-angle",
+        "rectangles and triangles uniform by the angle that they fill, unless that is tiny",
+        LightSampling::SolidAngle,
+    ),
+];
+
+const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
+    ("auto", "each if there are few, else by the tree", LightSelection::Auto),
+    ("each", "each light, a mesh being one", LightSelection::Each),
+    ("power", "at most 16 lights, drawn by their power", LightSelection::Power),
+    (
+        "tree",
+        "at most as many, of which one may be a triangle of a mesh, drawn by a bound of what arrives",
+        LightSelection::Tree,
+    ),
 ];
 
 const CAMERAS: &[(&str, &str, CameraChoice)] = &[

@@ -165,6 +165,7 @@ fn memory(plan: &Plan) -> String {
     facts.add("film and picture", units::bytes(memory.film));
     facts.add("scene", units::bytes(memory.scene));
     facts.add("acceleration structure", units::bytes(memory.accel));
+    facts.add("choice of lights", units::bytes(memory.lights));
     facts.add("in all", units::bytes(memory.total()));
     facts.text()
 }

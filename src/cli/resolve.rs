@@ -9,7 +9,8 @@ use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
 use crate::options::{
-    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, NodeFormat, RenderOptions, Sampler, Trust,
+    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat,
+    RenderOptions, Sampler, Trust,
 };
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
@@ -165,6 +166,15 @@ impl RenderRequest {
         if direct == Direct::Bsdf && args.transport.light_samples > 1 {
             notes.push(Note::warning("--light-samples changes nothing: --direct bsdf sends no rays to lights"));
         }
+        if matches!(direct, Direct::Bsdf | Direct::Hemisphere) {
+            let way = "--direct bsdf and hemisphere choose no light and no point on one";
+            if args.transport.light_selection != LightSelection::Auto {
+                notes.push(Note::warning(format!("--light-selection changes nothing: {way}")));
+            }
+            if args.transport.light_sampling != LightSampling::default() {
+                notes.push(Note::warning(format!("--light-sampling changes nothing: {way}")));
+            }
+        }
         let options = RenderOptions {
             width,
             height,
@@ -174,6 +184,8 @@ impl RenderRequest {
             max_depth: args.transport.depth,
             integrator: args.transport.integrator,
             direct,
+            light_sampling: args.transport.light_sampling,
+            light_selection: args.transport.light_selection,
             roulette: args.transport.roulette,
             adaptive: adaptive(&args.sampling, &mut notes)?,
             sampler: args.sampling.sampler,

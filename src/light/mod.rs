@@ -1,13 +1,19 @@
 //! Lights: points and directions on them, and the densities of those – pure functions of values.
 //!
 //! Every light emits from one side. A light is one emitting thing of the scene: a parallelogram, all triangles of an
-//! emissive mesh together, or a sphere.
+//! emissive mesh together, or a sphere. Its *parts* are what points are drawn from: the triangles of a mesh, or the light
+//! itself.
 
+pub mod rectangle;
+pub mod selection;
 pub mod shape;
+pub mod tree;
+pub mod triangle;
 
+use crate::options::LightSampling;
 use crate::sampling::lanes::{Lanes, V3};
 use glam::Vec3;
-use shape::{EmissiveMesh, EmissiveSphere, LightShape, Parallelogram};
+use shape::{EmissiveMesh, EmissiveSphere, LightShape};
 
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,32 +38,73 @@ impl Light {
 
     /// A quantity proportional to emitted power: for choosing among lights.
     pub fn power(&self) -> f32 {
-        self.area() * (self.radiance.x * 0.2126 + self.radiance.y * 0.7152 + self.radiance.z * 0.0722)
+        self.area() * luminance(self.radiance)
     }
 
-    /// A point seen from `from`: three numbers in [0, 1) choose it.
-    #[inline(always)]
-    pub fn sample(&self, from: V3<f32>, random: [f32; 3]) -> LightSample<f32> {
+    /// How many parts it has: triangles of a mesh. Everything else is one.
+    pub fn parts(&self) -> u32 {
         match &self.shape {
-            LightShape::Parallelogram(p) => p.sample(from, random[0], random[1]),
-            LightShape::Mesh(m) => m.sample(from, random),
-            LightShape::Sphere(s) => s.sample(from, random[0], random[1]),
+            LightShape::Mesh(mesh) => mesh.triangles.len() as u32,
+            _ => 1,
         }
     }
 
-    /// The solid-angle density with which [`Light::sample`] finds, from `from`, the point that a ray of unit
+    /// The part that a number in [0, 1) picks, in proportion to area.
+    #[inline(always)]
+    pub fn pick(&self, u: f32) -> u32 {
+        match &self.shape {
+            LightShape::Mesh(mesh) => mesh.pick(u),
+            _ => 0,
+        }
+    }
+
+    /// The probability with which [`Light::pick`] picks a part.
+    #[inline(always)]
+    pub fn share(&self, part: u32) -> f32 {
+        match &self.shape {
+            LightShape::Mesh(mesh) => mesh.share(part),
+            _ => 1.0,
+        }
+    }
+
+    /// A point of a part seen from `from`: two numbers in [0, 1) choose it.
+    #[inline(always)]
+    pub fn sample(&self, part: u32, from: V3<f32>, [u, v]: [f32; 2], how: LightSampling) -> LightSample<f32> {
+        match (&self.shape, how) {
+            (LightShape::Parallelogram(p), LightSampling::Area) => p.sample_area(from, u, v),
+            (LightShape::Parallelogram(p), LightSampling::SolidAngle) => p.sample_solid_angle(from, u, v),
+            (LightShape::Mesh(mesh), _) => mesh.triangles[part as usize].sample(from, u, v, how),
+            (LightShape::Sphere(s), _) => s.sample(from, u, v),
+        }
+    }
+
+    /// The solid-angle density with which [`Light::sample`] finds, from `from`, the point of the part that a ray of unit
     /// direction hits at `distance` under cosine `cos_light` (> 0) to the light's normal.
     #[inline(always)]
-    pub fn pdf(&self, from: V3<f32>, distance: f32, cos_light: f32) -> f32 {
+    pub fn pdf(&self, part: u32, from: V3<f32>, distance: f32, cos_light: f32, how: LightSampling) -> f32 {
         match &self.shape {
-            LightShape::Parallelogram(Parallelogram { area, .. }) | LightShape::Mesh(EmissiveMesh { area, .. }) => {
-                distance * distance / (cos_light * area)
-            }
+            LightShape::Parallelogram(p) => p.pdf(from, distance, cos_light, how),
+            LightShape::Mesh(mesh) => mesh.triangles[part as usize].pdf(from, distance, cos_light, how),
             LightShape::Sphere(EmissiveSphere { center, radius, .. }) => {
                 shape::cone_pdf(shape::cone_height(from, (*center).into(), *radius))
             }
         }
     }
+
+    /// Bytes that its shape keeps apart.
+    pub fn bytes(&self) -> usize {
+        match &self.shape {
+            LightShape::Mesh(EmissiveMesh { triangles, cdf, .. }) => {
+                size_of_val(&triangles[..]) + size_of_val(&cdf[..])
+            }
+            _ => 0,
+        }
+    }
+}
+
+/// Luminance of linear Rec. 709.
+pub fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// A direction towards a light.

@@ -1,6 +1,9 @@
 //! The shapes that emit, and how points on them are drawn.
 
+use super::rectangle::SeenRectangle;
+use super::triangle::SeenTriangle;
 use super::{LightSample, towards};
+use crate::options::LightSampling;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::warp;
 use crate::scene::surface::offset;
@@ -29,6 +32,10 @@ impl LightShape {
     }
 }
 
+/// Solid angles (sr) below which points are drawn by area: a shape that small is seen under the same angle and from the same
+/// distance everywhere, so that both densities are the same.
+pub const SMALLEST_SOLID_ANGLE: f32 = 1e-4;
+
 /// A parallelogram: the course's area light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parallelogram {
@@ -44,15 +51,22 @@ pub struct Parallelogram {
     pub area: f32,
     /// How far off the surface shadow rays end.
     pub offset: f32,
+    /// The directions of its sides and their lengths if they are perpendicular. Only rectangles are drawn from by solid angle.
+    pub rectangle: Option<[(Vec3, f32); 2]>,
 }
 
 impl Parallelogram {
     /// From a corner and two sides; emits towards `side_u × side_v`. `None` without area.
     pub fn new(corner: Vec3, side_u: Vec3, side_v: Vec3) -> Option<Self> {
-        let cross = side_u.as_dvec3().cross(side_v.as_dvec3());
+        /// Sides that a file rotates by a matrix in single precision are no more perpendicular than that.
+        const ASKEW: f64 = 1e-6;
+        let (u, v) = (side_u.as_dvec3(), side_v.as_dvec3());
+        let cross = u.cross(v);
         let normal = cross.try_normalize()?.as_vec3();
         let reach = corner.abs() + side_u.abs() + side_v.abs();
         let area = cross.length() as f32;
+        let perpendicular = u.dot(v).abs() <= ASKEW * u.length() * v.length();
+        let rectangle = perpendicular.then(|| [u, v].map(|side| (side.normalize().as_vec3(), side.length() as f32)));
         (area > 0.0 && area.is_finite()).then_some(Parallelogram {
             corner,
             side_u,
@@ -60,25 +74,69 @@ impl Parallelogram {
             normal,
             area,
             offset: offset(reach.into()),
+            rectangle,
         })
     }
 
     /// A point, uniform by area.
     #[inline(always)]
-    pub fn sample<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
+    pub fn sample_area<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
         let point = V3::splat(self.corner) + V3::splat(self.side_u) * u + V3::splat(self.side_v) * v;
         towards(from, point, V3::splat(self.normal), F::splat(self.offset), F::splat(self.area))
     }
+
+    /// A point, uniform by solid angle where the rule of [`Parallelogram::seen`] says so.
+    #[inline(always)]
+    pub fn sample_solid_angle<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
+        let Some((seen, by_solid_angle)) = self.seen(from) else { return self.sample_area(from, u, v) };
+        let (s, t) = seen.sample(u, v);
+        let found = self.sample_area(from, F::select(by_solid_angle, s, u), F::select(by_solid_angle, t, v));
+        let reaches = by_solid_angle & found.pdf.gt(F::splat(0.0));
+        LightSample { pdf: F::select(reaches, F::splat(0.5) / seen.half, found.pdf), ..found }
+    }
+
+    /// The rectangle as a point sees it, and whether points are drawn by solid angle there. Samples and densities follow the same
+    /// rule. `None` for other parallelograms.
+    #[inline(always)]
+    fn seen<F: Lanes>(&self, from: V3<F>) -> Option<(SeenRectangle<F>, F::Mask)> {
+        let [(x, width), (y, height)] = self.rectangle?;
+        let way = V3::splat(self.corner) - from;
+        let h = -way.dot(V3::splat(self.normal));
+        let near = [way.dot(V3::splat(x)), way.dot(V3::splat(y))];
+        let seen = SeenRectangle::new(near, [F::splat(width), F::splat(height)], h);
+        Some((seen, seen.is_wide(SMALLEST_SOLID_ANGLE)))
+    }
+
+    /// Solid-angle density of a point at `distance`, seen under `cos` (> 0) to the normal.
+    #[inline(always)]
+    pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
+        let seen = if how == LightSampling::SolidAngle { self.seen(from) } else { None };
+        match seen {
+            Some((seen, true)) => 0.5 / seen.half,
+            _ => distance * distance / (cos * self.area),
+        }
+    }
 }
 
-/// The triangles of an emissive mesh. It keeps its own corners, so that a sample touches one row.
+/// The triangles of an emissive mesh, in the order of its primitives. They keep their own corners, so that a sample touches one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmissiveMesh {
-    /// Corners and unit normal of each triangle that has an area.
-    pub triangles: Vec<[Vec3; 4]>,
+    /// The triangles.
+    pub triangles: Vec<EmissiveTriangle>,
     /// Running sums of area fractions; the last is 1.
     pub cdf: Vec<f32>,
     /// Total area.
+    pub area: f32,
+}
+
+/// A triangle that emits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmissiveTriangle {
+    /// Corners.
+    pub corners: [Vec3; 3],
+    /// Unit; the side that emits. Zero for a triangle without area.
+    pub normal: Vec3,
+    /// Area.
     pub area: f32,
     /// How far off the surface shadow rays end.
     pub offset: f32,
@@ -90,33 +148,85 @@ impl EmissiveMesh {
         let mut triangles = Vec::new();
         let mut sums = Vec::new();
         let mut area = 0.0f64;
-        let mut reach = Vec3::ZERO;
-        for [a, b, c] in corners {
-            let [da, db, dc]: [DVec3; 3] = [a, b, c].map(|p| p.as_dvec3());
-            let cross = (db - da).cross(dc - da);
-            let Some(normal) = cross.try_normalize() else { continue };
-            area += cross.length() * 0.5;
-            triangles.push([a, b, c, normal.as_vec3()]);
+        for corners in corners {
+            let [a, b, c]: [DVec3; 3] = corners.map(|p| p.as_dvec3());
+            let cross = (b - a).cross(c - a);
+            let [a, b, c] = corners.map(Vec3::abs);
+            let (normal, own) = match cross.try_normalize() {
+                Some(normal) => (normal.as_vec3(), cross.length() * 0.5),
+                None => (Vec3::ZERO, 0.0),
+            };
+            area += own;
+            triangles.push(EmissiveTriangle {
+                corners,
+                normal,
+                area: own as f32,
+                offset: offset(a.max(b).max(c).into()),
+            });
             sums.push(area);
-            reach = reach.max(a.abs()).max(b.abs()).max(c.abs());
         }
         let total = area as f32;
         if !(total > 0.0 && total.is_finite()) {
             return None;
         }
         let cdf = sums.iter().map(|&s| (s / area) as f32).collect();
-        Some(EmissiveMesh { triangles, cdf, area: total, offset: offset(reach.into()) })
+        Some(EmissiveMesh { triangles, cdf, area: total })
     }
 
-    /// A point, uniform by area: the third number picks the triangle, the others a point of it
-    /// (Osada et al. 2002, §4.2).
+    /// The triangle that a number picks, in proportion to area (Osada et al. 2002, §4.2).
     #[inline(always)]
-    pub fn sample(&self, from: V3<f32>, random: [f32; 3]) -> LightSample<f32> {
-        let i = self.cdf.partition_point(|&sum| sum <= random[2]).min(self.triangles.len() - 1);
-        let [a, b, c, normal] = self.triangles[i].map(V3::from);
-        let root = random[0].sqrt();
-        let point = a * (1.0 - root) + b * (root * (1.0 - random[1])) + c * (root * random[1]);
-        towards(from, point, normal, self.offset, self.area)
+    pub fn pick(&self, u: f32) -> u32 {
+        self.cdf.partition_point(|&sum| sum <= u).min(self.triangles.len() - 1) as u32
+    }
+
+    /// The probability of that: the width of the interval of numbers that pick it, so that they agree to the bit.
+    #[inline(always)]
+    pub fn share(&self, triangle: u32) -> f32 {
+        let i = triangle as usize;
+        self.cdf[i] - if i == 0 { 0.0 } else { self.cdf[i - 1] }
+    }
+}
+
+impl EmissiveTriangle {
+    /// A point, uniform by area or, where the rule of [`EmissiveTriangle::seen`] says so, by solid angle.
+    #[inline(always)]
+    pub fn sample(&self, from: V3<f32>, u: f32, v: f32, how: LightSampling) -> LightSample<f32> {
+        let [a, b, c] = self.corners.map(V3::from);
+        let seen = self.seen(from, how);
+        let weights = match &seen {
+            Some(seen) => seen.sample(u, v),
+            None => {
+                let root = u.sqrt();
+                [1.0 - root, root * (1.0 - v), root * v]
+            }
+        };
+        let point = a * weights[0] + b * weights[1] + c * weights[2];
+        let found = towards(from, point, self.normal.into(), self.offset, self.area);
+        match seen {
+            Some(seen) if found.pdf > 0.0 => LightSample { pdf: 0.5 / seen.half, ..found },
+            _ => found,
+        }
+    }
+
+    /// The triangle as a point sees it if points are drawn by solid angle there. Samples and densities follow the same rule.
+    #[inline(always)]
+    fn seen(&self, from: V3<f32>, how: LightSampling) -> Option<SeenTriangle> {
+        if how == LightSampling::Area {
+            return None;
+        }
+        let ways = self.corners.map(|corner| V3::from(corner) - from);
+        let height = -ways[0].dot(self.normal.into());
+        let seen = SeenTriangle::new(ways, height, self.area);
+        (height > 0.0 && seen.is_wide(SMALLEST_SOLID_ANGLE)).then_some(seen)
+    }
+
+    /// Solid-angle density of a point at `distance`, seen under `cos` (> 0) to the normal.
+    #[inline(always)]
+    pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
+        match self.seen(from, how) {
+            Some(seen) => 0.5 / seen.half,
+            None => distance * distance / (cos * self.area),
+        }
     }
 }
 

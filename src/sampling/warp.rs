@@ -1,5 +1,6 @@
 //! From the unit square to directions, and back to densities. Local frame: +z is the normal.
 
+use super::angle::sin_cos_quarter;
 use super::lanes::{Lanes, V3};
 use std::f32::consts::{FRAC_PI_4, PI};
 
@@ -23,21 +24,6 @@ pub fn concentric_disk<F: Lanes>(u: F, v: F) -> (F, F) {
     let along = radius * cos;
     let across = radius * sin;
     (F::select(x_leads, along, across), F::select(x_leads, across, along))
-}
-
-/// Sine and cosine for |angle| ≤ π/4: Taylor series, truncated below one unit in the last place of `f32`.
-#[inline(always)]
-fn sin_cos_quarter<F: Lanes>(angle: F) -> (F, F) {
-    let t = angle * angle;
-    let s = F::splat(2.755_731_9e-6) * t + F::splat(-1.984_127e-4);
-    let s = s * t + F::splat(8.333_334e-3);
-    let s = s * t + F::splat(-1.666_666_7e-1);
-    let s = s * t * angle + angle;
-    let c = F::splat(2.480_158_7e-5) * t + F::splat(-1.388_888_9e-3);
-    let c = c * t + F::splat(4.166_666_8e-2);
-    let c = c * t + F::splat(-0.5);
-    let c = c * t + F::splat(1.0);
-    (s, c)
 }
 
 /// Cosine-weighted direction of the upper hemisphere (Malley's method). Density [`cosine_hemisphere_pdf`].
@@ -132,16 +118,6 @@ mod tests {
                 }
                 assert_eq!(cap.x[lane].to_bits(), uniform_cap(u, v, 0.3).x.to_bits());
             }
-        }
-    }
-
-    #[test]
-    fn quarter_sine_and_cosine_are_right_to_two_units() {
-        for i in -1000..=1000 {
-            let a = i as f32 / 1000.0 * FRAC_PI_4;
-            let (s, c) = sin_cos_quarter(a);
-            assert!((f64::from(s) - f64::from(a).sin()).abs() <= 1.2e-7, "sin {a}");
-            assert!((f64::from(c) - f64::from(a).cos()).abs() <= 1.2e-7, "cos {a}");
         }
     }
 

@@ -53,6 +53,7 @@ impl Scene {
             + s.geometries.len() * size_of::<shapes::Geometry>()
             + self.materials.len() * size_of::<Material>()
             + self.lights.len() * size_of::<Light>()
+            + self.lights.iter().map(Light::bytes).sum::<usize>()
     }
 
     /// Bounding box of all shapes: minimum and maximum corner.

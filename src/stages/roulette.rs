@@ -52,6 +52,9 @@ pub fn run(context: &Context, depth: u32, n: usize, next: &Paths, paths: &mut Pa
         (&mut paths.dy, &next.dy),
         (&mut paths.dz, &next.dz),
         (&mut paths.pdf, &next.pdf),
+        (&mut paths.nx, &next.nx),
+        (&mut paths.ny, &next.ny),
+        (&mut paths.nz, &next.nz),
     ] {
         if !from.is_empty() {
             gather(&mut to[..live], from, survivors);

@@ -81,11 +81,11 @@ fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalC
     for row in 0..n {
         let origin = V3::new(shadows.ox[row], shadows.oy[row], shadows.oz[row]);
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);
-        if let Some((_, light, _)) = emission(context.scene, &hits.hit(row), origin, direction) {
+        if let Some(found) = emission(context.scene, &hits.hit(row), origin, direction) {
             let slot = shadows.slot[row] as usize;
-            samples.r[slot] += shadows.direct_r[row] * light.radiance.x;
-            samples.g[slot] += shadows.direct_g[row] * light.radiance.y;
-            samples.b[slot] += shadows.direct_b[row] * light.radiance.z;
+            samples.r[slot] += shadows.direct_r[row] * found.light.radiance.x;
+            samples.g[slot] += shadows.direct_g[row] * found.light.radiance.y;
+            samples.b[slot] += shadows.direct_b[row] * found.light.radiance.z;
         }
     }
     counts

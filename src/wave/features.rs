@@ -47,6 +47,7 @@ features! {
     AOVS = 10, "AOVs", "albedo, normal and depth of the first hit were asked for";
     COST = 11, "traversal cost", "nodes visited are the picture";
     HITS = 12, "hits", "what rays hit is looked at, not only how they got there";
+    LOOK_BACK = 13, "light tree", "emission that a ray finds is weighed by what the light tree would have picked on the surface that the ray left";
 }
 
 impl Features {

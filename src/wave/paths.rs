@@ -28,6 +28,12 @@ columns! {
         beta_b: f32 => Features::SCATTER;
         /// solid-angle density with which the ray's direction was drawn (sr⁻¹)
         pdf: f32 => Features::MIS;
+        /// unit shading normal of the surface that the ray left, world x
+        nx: f32 => Features::LOOK_BACK;
+        /// the same, y
+        ny: f32 => Features::LOOK_BACK;
+        /// the same, z
+        nz: f32 => Features::LOOK_BACK;
         /// random number that decides whether the path goes on
         roulette: f32 => Features::ROULETTE;
     }

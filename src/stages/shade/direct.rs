@@ -1,11 +1,12 @@
 //! Direct light: shadow rays and what each is worth.
 
 use super::block::{Block, Outgoing, ROWS, get, set};
-use crate::light::LightSample;
 use crate::light::shape::LightShape;
+use crate::light::{Light, LightSample};
+use crate::options::LightSampling;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::stages::Context;
-use crate::transport::{Sampled, hemisphere_sample, light_contribution};
+use crate::transport::{Asked, Sampled, hemisphere_sample, light_contribution};
 use crate::wave::features::Features;
 use crate::wave::shadows::Shadows;
 use glam::Vec4;
@@ -26,9 +27,9 @@ pub fn run(
         if context.features.has(Features::HEMISPHERE) {
             block.draw::<2>(&context.sampler, dimension);
             hemisphere(context, block, rays);
-        } else if let Some(shape) = single_light(context, k) {
+        } else if let Some(asked) = single_light(context, k) {
             block.draw::<2>(&context.sampler, dimension);
-            one_light(context, block, shape, k, rays);
+            one_light(context, block, asked, rays);
         } else {
             block.draw::<4>(&context.sampler, dimension);
             light_by_row(context, block, k, rays);
@@ -38,20 +39,25 @@ pub fn run(
     n
 }
 
-/// The light that sample `k` asks in every row, if it is the same and of a shape that is sampled four at a time.
+/// The light that sample `k` asks in every row, and how often, if it is the same and of a shape that is sampled four at a time.
 #[inline(always)]
-fn single_light<'a>(context: &'a Context, k: u32) -> Option<&'a LightShape> {
-    context.transport.samples_per_light?;
-    let light = &context.scene.lights[context.transport.light_of(k, 0.0)];
-    (!matches!(light.shape, LightShape::Mesh(_))).then_some(&light.shape)
+fn single_light<'a>(context: &'a Context, k: u32) -> Option<(&'a Light, f32)> {
+    let (id, rate) = context.transport.same_light(k)?;
+    let light = &context.scene.lights[id];
+    (!matches!(light.shape, LightShape::Mesh(_))).then_some((light, rate))
 }
 
 #[inline(always)]
-fn one_light(context: &Context, block: &Block, shape: &LightShape, k: u32, rays: &mut Outgoing) {
-    match shape {
-        LightShape::Parallelogram(p) => four_by_four(context, block, k, rays, |from, u, v| p.sample(from, u, v)),
-        LightShape::Sphere(s) => four_by_four(context, block, k, rays, |from, u, v| s.sample(from, u, v)),
-        LightShape::Mesh(_) => unreachable!("meshes are sampled row by row"),
+fn one_light(context: &Context, block: &Block, asked: (&Light, f32), rays: &mut Outgoing) {
+    match (&asked.0.shape, context.transport.light_sampling) {
+        (LightShape::Parallelogram(p), LightSampling::Area) => {
+            four_by_four(context, block, asked, rays, |from, u, v| p.sample_area(from, u, v));
+        }
+        (LightShape::Parallelogram(p), LightSampling::SolidAngle) => {
+            four_by_four(context, block, asked, rays, |from, u, v| p.sample_solid_angle(from, u, v));
+        }
+        (LightShape::Sphere(s), _) => four_by_four(context, block, asked, rays, |from, u, v| s.sample(from, u, v)),
+        (LightShape::Mesh(_), _) => unreachable!("meshes are sampled row by row"),
     }
 }
 
@@ -59,14 +65,12 @@ fn one_light(context: &Context, block: &Block, shape: &LightShape, k: u32, rays:
 fn four_by_four(
     context: &Context,
     block: &Block,
-    k: u32,
+    (light, rate): (&Light, f32),
     rays: &mut Outgoing,
     sample: impl Fn(V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
 ) {
     let transport = &context.transport;
-    let id = transport.light_of(k, 0.0);
-    let light =
-        Sampled { radiance: V3::splat(context.scene.lights[id].radiance), rate: Vec4::splat(transport.rates[id]) };
+    let light = Sampled { radiance: V3::splat(light.radiance), rate: Vec4::splat(rate) };
     let mis = transport.mis();
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
@@ -81,14 +85,15 @@ fn four_by_four(
 /// Rows ask different lights, or a mesh: one at a time.
 #[inline(always)]
 fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
-    let transport = &context.transport;
+    let (transport, lights) = (&context.transport, &context.scene.lights);
     for i in 0..block.len {
-        let random = [0, 1, 2].map(|d: usize| block.random[d][i]);
-        let id = transport.light_of(k, block.random[3][i]);
-        let light = &context.scene.lights[id];
-        let found = light.sample(get(&block.origin, i), random);
-        let sampled = Sampled { radiance: light.radiance.into(), rate: transport.rates[id] };
-        let value = light_contribution::<f32>(block.vertex(i), sampled, found, transport.mis());
+        let random = [0, 1, 2, 3].map(|d: usize| block.random[d][i]);
+        let (from, vertex) = (get(&block.origin, i), block.vertex::<f32>(i));
+        let Some(Asked { light, found, .. }) = transport.ask(lights, k, random, from, vertex.normal) else {
+            set(&mut rays.value, i, V3::new(0.0, 0.0, 0.0));
+            continue;
+        };
+        let value = light_contribution(vertex, light, found, transport.mis());
         set(&mut rays.direction, i, found.direction);
         rays.number[i] = found.distance;
         set(&mut rays.value, i, value);

@@ -4,7 +4,8 @@ use super::In;
 use crate::sampling::lanes::V3;
 use crate::scene::shapes::NO_LIGHT;
 use crate::stages::Context;
-use crate::transport::{emission, emission_weight};
+use crate::transport::{Left, emission};
+use crate::wave::features::Features;
 use crate::wave::samples::Samples;
 use glam::Vec3;
 
@@ -33,19 +34,19 @@ fn emit(context: &Context, depth: u32, row: usize, input: &In, samples: &mut Sam
     let origin = V3::new(paths.ox[row], paths.oy[row], paths.oz[row]);
     let direction = V3::new(paths.dx[row], paths.dy[row], paths.dz[row]);
     let hit = input.hits.hit(row);
-    let Some((id, light, cos)) = emission(context.scene, &hit, origin, direction) else { return };
-    let weight = if depth > 0 && context.transport.mis() {
-        emission_weight(light, context.transport.rates[id], origin, hit.t, cos, paths.pdf[row])
-    } else {
-        1.0
-    };
+    let Some(found) = emission(context.scene, &hit, origin, direction) else { return };
+    let features = context.features;
+    let normal =
+        if features.has(Features::LOOK_BACK) { V3::load([&paths.nx, &paths.ny, &paths.nz], row) } else { direction };
+    let pdf = if features.has(Features::MIS) { paths.pdf[row] } else { 0.0 };
+    let weight = context.transport.emission_weight(depth, &found, Left { origin, normal, pdf }, hit.t);
     let slot = paths.slot[row] as usize;
     let beta = if paths.beta_r.is_empty() {
         Vec3::ONE
     } else {
         Vec3::new(paths.beta_r[row], paths.beta_g[row], paths.beta_b[row])
     };
-    let value = beta * light.radiance * weight;
+    let value = beta * found.light.radiance * weight;
     samples.r[slot] += value.x;
     samples.g[slot] += value.y;
     samples.b[slot] += value.z;

@@ -46,6 +46,12 @@ pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing
     if context.features.has(Features::MIS) {
         next.pdf[n..end].copy_from_slice(&pdf[..len]);
     }
+    if context.features.has(Features::LOOK_BACK) {
+        let [x, y, z] = &block.normal;
+        for (to, from) in [(&mut next.nx, x), (&mut next.ny, y), (&mut next.nz, z)] {
+            to[n..end].copy_from_slice(&from[..len]);
+        }
+    }
     if context.features.has(Features::ROULETTE) {
         next.roulette[n..end].copy_from_slice(&block.random[2][..len]);
     }
