@@ -123,7 +123,7 @@ fn the_plan_says_how_lights_are_chosen() {
         let stage = plan.stages.iter().find(|stage| stage.name == "shade").expect("shade");
         format!("{}; {}", stage.kernel, stage.why)
     };
-    let auto = plan(&small());
+    let auto = plan(&RenderOptions { light_selection: LightSelection::Tree, ..small() });
     assert!(matches!(auto.transport.selection, Selection::Tree(_)), "53 emitters are many");
     assert!(auto.features.has(Features::LOOK_BACK) && auto.columns.iter().any(|c| c.name == "path.nx"));
     assert!(shade(&auto).contains("light tree") && shade(&auto).contains("53"), "{}", shade(&auto));
@@ -134,7 +134,7 @@ fn the_plan_says_how_lights_are_chosen() {
     let power = plan(&RenderOptions { light_selection: LightSelection::Power, ..small() });
     assert!(shade(&power).contains("by power"), "{}", shade(&power));
     // Without continuing rays that look for light, nobody looks back; without light samples there is nothing to choose.
-    let light = plan(&RenderOptions { direct: Direct::Light, ..small() });
+    let light = plan(&RenderOptions { direct: Direct::Light, ..auto.options.clone() });
     assert!(!light.features.has(Features::LOOK_BACK) && shade(&light).contains("light tree"));
     let bsdf = plan(&RenderOptions { direct: Direct::Bsdf, ..small() });
     assert!(bsdf.memory.lights < 100 && !shade(&bsdf).contains("tree"));

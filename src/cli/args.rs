@@ -528,7 +528,7 @@ const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
 ];
 
 const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
-    ("auto", "each if there are few, else by the tree", LightSelection::Auto),
+    ("auto", "each of up to 16, else by their power", LightSelection::Auto),
     ("each", "each light, a mesh being one", LightSelection::Each),
     ("power", "at most 16 lights, drawn by their power", LightSelection::Power),
     (

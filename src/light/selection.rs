@@ -11,9 +11,6 @@ use std::sync::Arc;
 /// than this leave a vertex for each of `--light-samples`.
 pub const MOST_LIGHTS_EACH: usize = 16;
 
-/// Scenes with more emitters than this – parts of lights – get a light tree.
-pub const MOST_EMITTERS_EACH: usize = 32;
-
 /// Which lights shadow samples ask.
 #[derive(Clone, Debug)]
 pub enum Selection {
@@ -50,12 +47,11 @@ impl Selection {
         if !asks || last == 0 {
             return each;
         }
-        let few = lights.len() <= MOST_LIGHTS_EACH && emitters(lights) <= MOST_EMITTERS_EACH;
         match options.light_selection {
             LightSelection::Each => each,
-            LightSelection::Auto if few => each,
-            LightSelection::Power => by_power(lights),
-            LightSelection::Auto | LightSelection::Tree => Selection::Tree(Arc::new(LightTree::new(lights))),
+            LightSelection::Auto if lights.len() <= MOST_LIGHTS_EACH => each,
+            LightSelection::Auto | LightSelection::Power => by_power(lights),
+            LightSelection::Tree => Selection::Tree(Arc::new(LightTree::new(lights))),
         }
     }
 
@@ -124,15 +120,9 @@ impl Selection {
         match (self, asked) {
             (Selection::Tree(tree), _) => {
                 let bytes = units::bytes(tree.bytes() as u64);
-                let reason = match asked {
-                    LightSelection::Auto if lights.len() > MOST_LIGHTS_EACH => {
-                        format!("more than {MOST_LIGHTS_EACH} lights")
-                    }
-                    LightSelection::Auto => format!("more than {MOST_EMITTERS_EACH} emitters"),
-                    _ => "as asked".into(),
-                };
-                format!("{reason}; the tree of {emitters} emitters takes {bytes}")
+                format!("as asked; the tree of {emitters} emitters takes {bytes}")
             }
+            (Selection::Power { .. }, LightSelection::Auto) => format!("more than {MOST_LIGHTS_EACH} lights"),
             (_, LightSelection::Auto) => format!("few enough to ask each, with {emitters} emitters"),
             _ => "as asked".into(),
         }
