@@ -77,13 +77,13 @@ fn lights() -> Vec<(&'static str, Light)> {
     ]
 }
 
-/// Above, beside, near, far, nearly in the plane, behind.
+/// Above, beside, near, far, behind. Closer to the plane than these, midpoints do not resolve the density of area sampling.
 const POINTS: [Vec3; 8] = [
     Vec3::new(0.1, -1.0, 0.2),
     Vec3::new(2.0, -0.7, -1.5),
     Vec3::new(0.2, -0.05, -0.1),
-    Vec3::new(0.1, -0.004, 0.15),
-    Vec3::new(1.4, -0.06, 0.3),
+    Vec3::new(0.1, -0.02, 0.15),
+    Vec3::new(1.4, -0.2, 0.3),
     Vec3::new(3.0, -40.0, 12.0),
     Vec3::new(0.0, -900.0, 30.0),
     Vec3::new(0.3, 1.0, 0.1),

@@ -13,8 +13,9 @@
 use crate::sampling::angle::{angle_of, sin_cos};
 use crate::sampling::lanes::Lanes;
 
-/// Distances to the plane, as a fraction of the largest coordinate, from which on points keep three digits.
-const FLATTEST: f32 = 1.0 / 64.0;
+/// Distances to the plane, as a fraction of the largest coordinate, from which on points keep three digits: at 1/64, a rectangle
+/// a tenth as wide as far away is off by 1.7·10⁻³ of itself.
+const FLATTEST: f32 = 1.0 / 16.0;
 
 /// A rectangle from (x0, y0) to (x1, y1) at distance h > 0, in units of its largest coordinate.
 #[derive(Clone, Copy)]
@@ -143,8 +144,13 @@ mod tests {
 
     #[test]
     fn parts_have_their_share_of_the_solid_angle() {
+        let mut drawn = 0;
         for [x, y, width, height, h] in CASES {
             let seen = SeenRectangle::new([x, y], [width, height], h);
+            if !seen.is_wide(0.0) {
+                continue;
+            }
+            drawn += 1;
             let f = f64::from;
             let sides =
                 |to_x: f64, to_y: f64| exact([f(x), f(x) + to_x * f(width), f(y), f(y) + to_y * f(height), f(h)]);
@@ -164,6 +170,7 @@ mod tests {
                 assert!((share - f(u)).abs() < 2e-3, "{x} {y} {width} {height} {h}: {u} gives {share} in y");
             }
         }
+        assert_eq!(drawn, 9, "the others are nearly edge on");
     }
 
     #[test]

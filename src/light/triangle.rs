@@ -58,10 +58,11 @@ impl SeenTriangle {
         let reflect = 2.0 * (p + q * ac) / (p * p + q * q + 2.0 * p * q * ac);
         let (to_a, to_c) = ((reflect * p - 1.0).max(0.0), (reflect * q).max(0.0));
         let moved = a * to_a + c * to_c;
-        // A point of the arc from `b` to there; `drop` is 1 − its cosine, as half the square of the chord.
+        // A point of the arc from `b` to there; `drop` is 1 − its cosine, as half the square of the chord. The share of
+        // `moved` exceeds 1 where the arc is longer than a quarter circle.
         let chord = b - moved;
         let drop = chord.dot(chord) * 0.5;
-        let along = (v * (2.0 - v * drop) / (2.0 - drop)).max(0.0).sqrt().min(1.0);
+        let along = (v * (2.0 - v * drop) / (2.0 - drop)).max(0.0).sqrt();
         let beside = ((1.0 - along) - drop * (v - along)).max(0.0);
         let weights = [along * to_a * self.inverse[0], beside * self.inverse[1], along * to_c * self.inverse[2]];
         let sum = weights[0] + weights[1] + weights[2];
