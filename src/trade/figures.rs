@@ -113,7 +113,8 @@ impl Figures {
     /// Whether bias cannot be told from 0: its test is no more than `limit` standard errors above.
     pub fn bias_is_in_the_noise(&self, limit: f64) -> bool {
         // What is not a number tells nothing.
-        !(self.bias_test.z() > limit)
+        let z = self.bias_test.z();
+        z.is_nan() || z <= limit
     }
 }
 

@@ -20,7 +20,7 @@ pub fn slope(points: &[(f64, Estimate)]) -> Option<Estimate> {
     let all = sum(&|_| 1.0);
     let (x, y) = (sum(&|p| p[0]) / all, sum(&|p| p[1]) / all);
     let spread = sum(&|p| (p[0] - x).powi(2));
-    if !(spread > 0.0) {
+    if spread.is_nan() || spread <= 0.0 {
         return None;
     }
     let value = sum(&|p| (p[0] - x) * (p[1] - y)) / spread;

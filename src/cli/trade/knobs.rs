@@ -153,7 +153,7 @@ pub fn combinations(base: &RenderOptions, vary: &[Variation]) -> Result<Vec<Conf
     for variation in vary {
         combinations = combinations
             .iter()
-            .flat_map(|values| variation.values.iter().map(|value| [&values[..], &[value.clone()]].concat()))
+            .flat_map(|values| variation.values.iter().map(|value| [&values[..], std::slice::from_ref(value)].concat()))
             .collect();
     }
     combinations.into_iter().map(|values| configuration(base, vary, values)).collect()
