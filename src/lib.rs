@@ -28,6 +28,7 @@
 //! | what a ray can hit, and how it is found | [`scene`], [`bvh`] |
 //! | when a pixel is done | [`film::convergence`] |
 //! | how far a picture is from another | [`compare`] |
+//! | what accuracy costs, and references to tell | [`trade`], [`accumulate`] |
 //! | what the machine could do at most | [`profile::ceilings`] |
 //! | how fast all of that is, and beside whom | [`mod@bench`], [`peer`] |
 //! | what one sample did, vertex by vertex | [`explain`] |
@@ -52,6 +53,7 @@
 //! # Ok::<(), comber::error::Error>(())
 //! ```
 
+pub mod accumulate;
 pub mod bench;
 pub mod bvh;
 pub mod cache;
@@ -77,5 +79,6 @@ pub mod scene;
 pub mod simd;
 pub mod stages;
 pub mod system;
+pub mod trade;
 pub mod transport;
 pub mod wave;

@@ -1,7 +1,7 @@
 //! The `comber` command.
 
 use comber::cli::args::Command;
-use comber::cli::{self, bench, bvh, cache, diff, exit, info, mesh, profile, render};
+use comber::cli::{self, bench, bvh, cache, diff, exit, info, mesh, profile, reference, render, trade};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -14,6 +14,8 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Profile(args) => profile::run(args),
         Command::Diff(args) => diff::run(args),
+        Command::Reference(args) => reference::run(args),
+        Command::Trade(args) => trade::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Cache(args) => cache::run(args),
     })

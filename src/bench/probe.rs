@@ -1,11 +1,11 @@
 //! A fixed piece of work, timed around every sample: what else the machine does shows in its time.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::time::Instant;
 
 /// Seconds that the two parts of the probe took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// A chain of integer operations: slower if the core is shared or slowed down.
     pub compute: f64,

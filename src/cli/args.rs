@@ -3,6 +3,8 @@
 use super::bench::args::BenchArgs;
 use super::diff::args::DiffArgs;
 use super::profile::args::ProfileArgs;
+use super::reference::args::ReferenceArgs;
+use super::trade::args::TradeArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
     Accel, Area, Confidence, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat, Normals,
@@ -45,6 +47,10 @@ pub enum Command {
     Profile(ProfileArgs),
     /// Say how far a picture is from another: errors, bias and variance, tests by standard errors.
     Diff(DiffArgs),
+    /// Render until a stated relative error is reached, with the standard error of every pixel.
+    Reference(ReferenceArgs),
+    /// Measure what accuracy costs: error and time of every combination of some options.
+    Trade(TradeArgs),
     /// Write a mesh as PLY, as it is or split into smaller triangles.
     Mesh(MeshArgs),
     /// List or remove the trees that are kept on disk.
@@ -470,7 +476,7 @@ const NORMALS: &[(&str, &str, Normals)] = &[
     ("flat", "the triangle's own", Normals::Flat),
 ];
 
-const CONFIDENCES: &[(&str, &str, Confidence)] = &[
+pub(super) const CONFIDENCES: &[(&str, &str, Confidence)] = &[
     ("z", "normal: 1.96, as in the course", Confidence::Z),
     ("t", "Student's t, wider for few samples", Confidence::T),
 ];
@@ -511,7 +517,7 @@ const INTEGRATORS: &[(&str, &str, Integrator)] = &[
     ("bvh-cost", "nodes of the tree that camera rays visit, as a heat map", Integrator::BvhCost),
 ];
 
-const DIRECTS: &[(&str, &str, Direct)] = &[
+pub(super) const DIRECTS: &[(&str, &str, Direct)] = &[
     ("hemisphere", "uniform directions over the hemisphere, as in the course", Direct::Hemisphere),
     ("light", "points on the lights", Direct::Light),
     ("bsdf", "the ray that continues the path, and nothing else", Direct::Bsdf),
@@ -560,7 +566,7 @@ const ACCELS: &[(&str, &str, Accel)] = &[
     ("brute", "every ray against every primitive", Accel::Brute),
 ];
 
-const QUALITIES: &[(&str, &str, Quality)] = &[
+pub(super) const QUALITIES: &[(&str, &str, Quality)] = &[
     ("fast", "for previews: built in 0.6 of the time, up to 15 % more nodes a ray on scans", Quality::Fast),
     ("default", "binned surface area heuristic, large nodes reinserted", Quality::Default),
     (
@@ -570,13 +576,13 @@ const QUALITIES: &[(&str, &str, Quality)] = &[
     ),
 ];
 
-const NODE_FORMATS: &[(&str, &str, NodeFormat)] = &[
+pub(super) const NODE_FORMATS: &[(&str, &str, NodeFormat)] = &[
     ("auto", "compact where that makes boxes hardly larger, else full", NodeFormat::Auto),
     ("full", "128 bytes, planes in single precision", NodeFormat::Full),
     ("compact", "64 bytes, planes on a 16-bit grid around the scene", NodeFormat::Compact),
 ];
 
-const INTERSECTIONS: &[(&str, &str, Intersection)] = &[
+pub(super) const INTERSECTIONS: &[(&str, &str, Intersection)] = &[
     ("watertight", "no ray slips between triangles that share an edge (Woop et al. 2013)", Intersection::Watertight),
     ("fast", "fewer operations, and a ray in a million slips through (Möller and Trumbore 1997)", Intersection::Fast),
 ];
@@ -590,6 +596,8 @@ Examples:
   comber bvh box.dae --depth 6 -o tree.png       level 6 of its tree
   comber bench box.dae --peer embree             rays per second, beside Embree
   comber diff box.exr reference.exr              how far a picture is from another
+  comber reference box.dae --rel-error 0.005     a picture that is known to half a percent
+  comber trade box.dae --vary samples=4,16,64    what accuracy costs
   comber mesh bunny.ply --split 8 -o large.ply   the mesh in 64 times as many triangles
   comber cache ls                                trees of large meshes, kept on disk
 

@@ -16,9 +16,11 @@ pub mod load;
 pub mod mesh;
 pub mod profile;
 pub mod provenance;
+pub mod reference;
 pub mod render;
 pub mod report;
 pub mod resolve;
+pub mod trade;
 pub mod tree;
 pub mod values;
 

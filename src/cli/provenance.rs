@@ -1,22 +1,15 @@
 //! Where a picture comes from, as data that is stored in it.
 
 use super::load::Loaded;
+use crate::accumulate::about::of_picture;
 use crate::error::{Error, Result};
 use crate::options::RenderOptions;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Scene, options, seed, version and time. What cannot change the picture (the tree, threads, wave size, instruction set,
-/// output names) is left out, so that it cannot change the file either.
+/// Scene, options, seed, version and time. What cannot change the picture is left out, so that it cannot change the file either.
 pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stopped: bool, created: &str) -> Value {
-    let intersection = json!(options.accel.intersection);
-    let mut options = json!(options);
-    if let Some(options) = options.as_object_mut() {
-        for speed in ["accel", "threads", "wave", "simd"] {
-            options.remove(speed);
-        }
-        options.insert("intersection".into(), intersection);
-    }
+    let options = of_picture(options);
     json!({
         "comber": env!("CARGO_PKG_VERSION"),
         "scene": loaded.name,

@@ -9,7 +9,7 @@ use crate::measure::units;
 use crate::options::RenderOptions;
 use crate::plan::Plan;
 use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::{CellAlignment, Row, Table};
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::Path;
@@ -141,7 +141,7 @@ impl Facts {
 }
 
 /// A table with headings, its columns from `numbers` on aligned to the right.
-pub fn table<const N: usize>(headings: [&str; N], numbers: usize, rows: impl Iterator<Item = [String; N]>) -> String {
+pub fn table<R: Into<Row>>(headings: impl Into<Row>, numbers: usize, rows: impl Iterator<Item = R>) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING).set_header(headings).add_rows(rows);
     for column in table.column_iter_mut().skip(numbers) {

@@ -1,6 +1,6 @@
 //! Arguments as typed → requests as resolved, with every default filled in and every contradiction found.
 
-use super::args::{AccelArgs, MAX_SAMPLES, SamplingArgs, StorageArgs};
+use super::args::{AccelArgs, ExplainArgs, MAX_SAMPLES, SamplingArgs, SpeedArgs, StorageArgs, TransportArgs};
 use super::args::{BvhArgs, CameraArgs, FrameArgs, OutputArgs, RenderArgs, ReportArgs, SceneArgs, StagingArgs};
 use super::values;
 use crate::cache::Cache;
@@ -202,6 +202,25 @@ impl RenderRequest {
             return misuse(format!("--pixel {x},{y} is not in the frame of {width} × {height} pixels"));
         }
         Ok(RenderRequest { scene: scene(args.scene), view, options, outputs, explain, report: args.report, notes })
+    }
+
+    /// Of renders that leave no pictures of their own.
+    pub fn without_outputs(
+        scene: SceneArgs,
+        frame: FrameArgs,
+        sampling: SamplingArgs,
+        transport: TransportArgs,
+        camera: CameraArgs,
+        speed: SpeedArgs,
+        report: ReportArgs,
+    ) -> Result<Self> {
+        // Of a PNG: an EXR would ask for layers.
+        let output = OutputArgs { output: vec!["none.png".into()], rate: None, exposure: None };
+        let explain = ExplainArgs { explain: false, pixel: None, sample: None };
+        let args = RenderArgs { scene, output, frame, sampling, transport, camera, speed, explain, report };
+        let mut request = RenderRequest::new(args)?;
+        request.outputs = Outputs { pictures: Vec::new(), rate: None, exposure: 0.0 };
+        Ok(request)
     }
 
     /// Refuses what only `comber render` does.

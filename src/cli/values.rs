@@ -16,6 +16,16 @@ where
         .map(|word: String| choices.iter().find(|c| c.0 == word).expect("clap lets only these words through").2)
 }
 
+/// One of the words of [`choice`], where it is not clap that asks.
+pub fn chosen<T: Copy>(choices: &[(&str, &str, T)], text: &str) -> Result<T, String> {
+    let found = choices.iter().find(|(word, ..)| *word == text).map(|(.., value)| *value);
+    found.ok_or_else(|| {
+        let words: Vec<&str> = choices.iter().map(|(word, ..)| *word).collect();
+        let (last, others) = words.split_last().expect("there is a choice");
+        format!("must be {} or {last}", others.join(", "))
+    })
+}
+
 /// A whole number within limits.
 pub fn whole(least: u32, most: u32) -> impl Fn(&str) -> Result<u32, String> + Clone + Send + Sync + 'static {
     move |text| whole_in(text, least..=most)
@@ -118,6 +128,29 @@ pub fn age(text: &str) -> Result<Duration, String> {
     };
     let number = whole_in(text.trim_end_matches(unit), 0..=1_000_000).map_err(|_| wrong())?;
     Ok(Duration::from_secs(u64::from(number) * seconds))
+}
+
+/// A length of time: `500ms`, `90s`, `1.5m`, `2h`.
+pub fn span(text: &str) -> Result<Duration, String> {
+    let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()));
+    let unit =
+        [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("min", 60.0), ("h", 3600.0)].iter().find(|(name, _)| *name == unit);
+    let plain = number.bytes().all(|c| c.is_ascii_digit() || c == b'.');
+    match (number.parse::<f64>(), unit) {
+        (Ok(number), Some((_, seconds))) if plain && number > 0.0 && number * seconds < 1e9 => {
+            Ok(Duration::from_secs_f64(number * seconds))
+        }
+        _ => Err("must be a length of time above 0, as in 500ms, 90s, 1.5m or 2h".into()),
+    }
+}
+
+/// A relative error: `0.01`, or `1%`.
+pub fn relative_error(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    match number.trim_end().parse::<f64>() {
+        Ok(error) if (1e-6..=1.0).contains(&(error * unit)) => Ok(error * unit),
+        _ => Err("must be a number from 0.000001 to 1, or as many percent, as in 0.01 or 1%".into()),
+    }
 }
 
 /// The tolerance of adaptive sampling.
@@ -266,6 +299,22 @@ mod tests {
         for wrong in ["", "d", "30", "-1d", "1.5h", "1y", "9999999d", "3€"] {
             assert!(age(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn spans_and_relative_errors() {
+        for (text, seconds) in [("500ms", 0.5), ("90s", 90.0), ("1.5m", 90.0), ("2h", 7200.0), ("0.25min", 15.0)] {
+            assert_eq!(span(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+        }
+        for wrong in ["", "s", "0s", "-1s", "5", "1e3s", "nans", "9999999h", "1.2.3s", "5 s"] {
+            assert!(span(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((relative_error("0.01"), relative_error("1%"), relative_error("1")), (Ok(0.01), Ok(0.01), Ok(1.0)));
+        for wrong in ["", "0", "1.5", "-0.1", "nan", "200%", "x"] {
+            assert!(relative_error(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(chosen(&[("a", "", 1), ("b", "", 2), ("c", "", 3)], "b"), Ok(2));
+        assert_eq!(chosen(&[("a", "", 1), ("b", "", 2), ("c", "", 3)], "d"), Err("must be a, b or c".into()));
     }
 
     #[test]

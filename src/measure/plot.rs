@@ -74,6 +74,8 @@ pub enum Marks {
     Named,
     /// A thin line without points, its name along it and not in the legend.
     Line,
+    /// A wide ring around each, which leaves room for a point of another series.
+    Ring,
 }
 
 /// Colours that people with any colour vision can tell apart (Okabe and Ito 2008, without those too light for lines).
@@ -160,7 +162,7 @@ impl Panel {
         for series in self.series.iter().filter(|series| !series.name.is_empty()) {
             let sample = match series.marks {
                 Marks::Joined => vec![[x + 4.0, y], [x + 24.0, y]],
-                Marks::Single => vec![[x + 12.0, y]],
+                Marks::Single | Marks::Ring => vec![[x + 12.0, y]],
                 Marks::Named | Marks::Line => continue,
             };
             series.draw(svg, sample);
@@ -191,11 +193,15 @@ impl Series {
         if self.marks == Marks::Line {
             return;
         }
-        let fill = if self.marks == Marks::Joined { color } else { svg.theme.paper };
+        let (fill, radius) = match self.marks {
+            Marks::Joined => (color, 3.5),
+            Marks::Ring => ("none", 7.0),
+            _ => (svg.theme.paper, 3.5),
+        };
         for [x, y] in places {
             writeln!(
                 svg.text,
-                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>"
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"1.5\"/>"
             )
             .expect("strings take all");
         }

@@ -62,6 +62,11 @@ impl Progress {
         self.set(done);
     }
 
+    /// Titles the line anew, where the title tells how far things are.
+    pub fn relabel(&self, label: String) {
+        self.bar.set_message(label);
+    }
+
     /// Removes the bar from the terminal; dropping the value does the same.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

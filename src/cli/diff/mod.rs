@@ -94,7 +94,7 @@ fn settings(args: &DiffArgs) -> Settings {
 }
 
 /// A picture with the standard errors that a file of their own holds, if there is one.
-fn found(path: &Path, errors: Option<&Path>, layer: Option<&str>) -> Result<Found> {
+pub(super) fn found(path: &Path, errors: Option<&Path>, layer: Option<&str>) -> Result<Found> {
     let mut picture = read::read(path, layer)?;
     let Some(errors_path) = errors else { return Ok(picture) };
     let errors = read::read(errors_path, None)?;

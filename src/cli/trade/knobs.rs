@@ -1,0 +1,248 @@
+//! The knobs that can be varied. A new one is an entry of [`KNOBS`]; its values are parsed as the command line's are.
+
+use super::args::Variation;
+use crate::cli::args::{CONFIDENCES, DIRECTS, INTERSECTIONS, MAX_SAMPLES, NODE_FORMATS, QUALITIES};
+use crate::cli::values::{self, chosen, whole_in};
+use crate::error::{Error, Result};
+use crate::options::{Accel, Adaptive, Confidence, Intersection, NodeFormat, RenderOptions};
+use crate::trade::Configuration;
+
+/// Something that can be varied.
+pub struct Knob {
+    /// As typed.
+    pub name: &'static str,
+    /// What it does and which way it trades, in a line.
+    pub help: &'static str,
+    /// Parses a value and applies it.
+    set: fn(&mut RenderOptions, &str) -> std::result::Result<(), String>,
+}
+
+/// The knob along which errors have a slope, and which is scaled for pictures at equal time.
+pub const SAMPLES: &str = "samples";
+
+/// All of them, in the order in which they are applied.
+pub const KNOBS: &[Knob] = &[
+    Knob {
+        name: SAMPLES,
+        help: "samples a pixel (-s): error² falls as 1/N, time grows as N",
+        set: |options, text| put(&mut options.samples, whole_in(text, 1..=MAX_SAMPLES)),
+    },
+    Knob {
+        name: "light-samples",
+        help: "rays towards each light at each vertex (-l): less noise of direct light for more shadow rays",
+        set: |options, text| put(&mut options.light_samples, whole_in(text, 1..=4096)),
+    },
+    Knob {
+        name: "direct",
+        help: "hemisphere, light, bsdf, mis: how direct light is estimated; noise and time, not bias",
+        set: |options, text| put(&mut options.direct, chosen(DIRECTS, text)),
+    },
+    Knob {
+        name: "roulette",
+        help: "off, fixed:P, throughput[:START]: shorter paths for more noise, not bias",
+        set: |options, text| put(&mut options.roulette, values::roulette(text)),
+    },
+    Knob {
+        name: "depth",
+        help: "the most bounces (-m): time for bias",
+        set: |options, text| put(&mut options.max_depth, whole_in(text, 0..=65536)),
+    },
+    Knob {
+        name: "adaptive",
+        help: "off, BATCH:TOLERANCE: as -a; samples where the noise is, at the risk of bias",
+        set: |options, text| put(&mut options.adaptive, adaptive(text)),
+    },
+    Knob {
+        name: "tolerance",
+        help: "that of adaptive sampling: larger is faster, and noisier",
+        set: |options, text| put(&mut rule(options)?.tolerance, values::tolerance(text)),
+    },
+    Knob {
+        name: "confidence",
+        help: "z, t: the quantile of adaptive sampling; z stops earlier",
+        set: |options, text| put(&mut rule(options)?.confidence, chosen(CONFIDENCES, text)),
+    },
+    Knob {
+        name: "batch",
+        help: "samples between tests of adaptive sampling: small ones stop earlier, with more bias",
+        set: |options, text| {
+            let (rule, batch) = (rule(options)?, whole_in(text, 1..=MAX_SAMPLES)?);
+            // Unless another least number of samples was asked for, it is the batch.
+            if rule.min_samples == rule.batch.max(2) {
+                rule.min_samples = batch.max(2);
+            }
+            rule.batch = batch;
+            Ok(())
+        },
+    },
+    Knob {
+        name: "intersection",
+        help: "fast, watertight: a ray in a million slips through for less time",
+        set: |options, text| put(&mut options.accel.intersection, chosen(INTERSECTIONS, text)),
+    },
+    Knob {
+        name: "bvh",
+        help: "fast, default, best: time to build the tree for time to trace rays; the picture stays the same",
+        set: |options, text| put(&mut tree(options)?.quality, chosen(QUALITIES, text)),
+    },
+    Knob {
+        name: "nodes",
+        help: "auto, full, compact: memory and time; the picture stays the same",
+        set: |options, text| put(&mut tree(options)?.nodes, chosen(NODE_FORMATS, text)),
+    },
+    Knob {
+        name: "wave",
+        help: "paths that advance together: time alone; the picture stays the same",
+        set: |options, text| put(&mut options.wave, whole_in(text, 1..=1 << 24).map(Some)),
+    },
+];
+
+fn put<T>(field: &mut T, value: std::result::Result<T, String>) -> std::result::Result<(), String> {
+    *field = value?;
+    Ok(())
+}
+
+/// `off` or `BATCH:TOLERANCE`.
+fn adaptive(text: &str) -> std::result::Result<Option<Adaptive>, String> {
+    if text == "off" {
+        return Ok(None);
+    }
+    let Some((batch, tolerance)) = text.split_once(':') else {
+        return Err("must be off or BATCH:TOLERANCE, as in 16:0.05".into());
+    };
+    let batch = whole_in(batch, 1..=MAX_SAMPLES).map_err(|why| format!("the BATCH {why}, as in 16:0.05"))?;
+    let tolerance = values::tolerance(tolerance).map_err(|why| format!("the TOLERANCE {why}"))?;
+    Ok(Some(Adaptive { batch, tolerance, confidence: Confidence::T, min_samples: batch.max(2) }))
+}
+
+fn rule(options: &mut RenderOptions) -> std::result::Result<&mut Adaptive, String> {
+    options.adaptive.as_mut().ok_or_else(|| "goes with adaptive sampling: add -a, or --vary adaptive=…".into())
+}
+
+fn tree(options: &mut RenderOptions) -> std::result::Result<&mut crate::options::AccelOptions, String> {
+    match options.accel.kind {
+        Accel::Bvh => Ok(&mut options.accel),
+        Accel::Brute => Err("is of a tree, and --accel brute builds none".into()),
+    }
+}
+
+/// The knob of that name.
+pub fn find(name: &str) -> Option<&'static Knob> {
+    KNOBS.iter().find(|knob| knob.name == name)
+}
+
+/// Most configurations: more cannot be read in a table.
+const MOST: usize = 1024;
+
+/// Every combination of the values, the last knob changing fastest.
+///
+/// # Errors
+/// [`Error::Options`] naming the knob and what it may be, or the combination that contradicts itself.
+pub fn combinations(base: &RenderOptions, vary: &[Variation]) -> Result<Vec<Configuration>> {
+    let misuse = |what: String| Err(Error::Options(what));
+    for (index, variation) in vary.iter().enumerate() {
+        if vary[..index].iter().any(|other| other.knob.name == variation.knob.name) {
+            return misuse(format!("--vary {} is given twice: name all its values in one", variation.knob.name));
+        }
+    }
+    let count = vary.iter().try_fold(1usize, |product, each| product.checked_mul(each.values.len()));
+    if count.is_none_or(|count| count > MOST) {
+        return misuse(format!("these are more than {MOST} combinations of values"));
+    }
+    let mut combinations: Vec<Vec<String>> = vec![Vec::new()];
+    for variation in vary {
+        combinations = combinations
+            .iter()
+            .flat_map(|values| variation.values.iter().map(|value| [&values[..], std::slice::from_ref(value)].concat()))
+            .collect();
+    }
+    combinations.into_iter().map(|values| configuration(base, vary, values)).collect()
+}
+
+fn configuration(base: &RenderOptions, vary: &[Variation], values: Vec<String>) -> Result<Configuration> {
+    let mut options = base.clone();
+    let named = |name: &str| vary.iter().zip(&values).find(|(each, _)| each.knob.name == name);
+    for knob in KNOBS {
+        let Some((_, value)) = named(knob.name) else { continue };
+        (knob.set)(&mut options, value)
+            .map_err(|why| Error::Options(format!("--vary {}: '{value}' {why}", knob.name)))?;
+    }
+    if (options.accel.intersection, options.accel.nodes) == (Intersection::Fast, NodeFormat::Compact) {
+        let what = "--vary: nodes compact goes with intersection watertight only";
+        return Err(Error::Options(what.into()));
+    }
+    Ok(Configuration { values, options })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::trade::args::variation;
+    use crate::options::{Direct, Roulette};
+
+    fn vary(texts: &[&str]) -> Result<Vec<Configuration>> {
+        let vary: Vec<Variation> = texts.iter().map(|text| variation(text).unwrap()).collect();
+        combinations(&RenderOptions::default(), &vary)
+    }
+
+    fn refused(texts: &[&str]) -> String {
+        match vary(texts) {
+            Err(Error::Options(why)) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn combinations_are_all_there() {
+        let all = vary(&["samples=1,4", "direct=light,mis,hemisphere"]).unwrap();
+        assert_eq!(all.len(), 6);
+        assert_eq!(all[4].values, ["4", "mis"]);
+        assert_eq!((all[4].options.samples, all[4].options.direct), (4, Direct::Mis));
+        assert_eq!(vary(&[]).unwrap().len(), 1);
+    }
+
+    /// Every knob changes something, and says what it may be.
+    #[test]
+    fn every_knob_turns() {
+        let values = [
+            ("samples", "7"),
+            ("light-samples", "3"),
+            ("direct", "hemisphere"),
+            ("roulette", "fixed:0.5"),
+            ("depth", "2"),
+            ("adaptive", "4:0.1"),
+            ("tolerance", "0.3"),
+            ("confidence", "z"),
+            ("batch", "5"),
+            ("intersection", "fast"),
+            ("bvh", "best"),
+            ("nodes", "full"),
+            ("wave", "512"),
+        ];
+        assert_eq!(values.len(), KNOBS.len());
+        let adaptive = RenderOptions { adaptive: adaptive("8:0.2").unwrap(), ..RenderOptions::default() };
+        for (name, value) in values {
+            let turn = |value: &str| combinations(&adaptive, &[variation(&format!("{name}={value}")).unwrap()]);
+            let options = &turn(value).unwrap()[0].options;
+            assert_ne!(format!("{options:?}"), format!("{adaptive:?}"), "{name}");
+            let Err(Error::Options(why)) = turn("absurd") else { panic!("{name}") };
+            assert!(why.starts_with(&format!("--vary {name}: 'absurd' ")) && why.contains("must be"), "{why}");
+        }
+        let batch = &combinations(&adaptive, &[variation("batch=5").unwrap()]).unwrap()[0].options.adaptive.unwrap();
+        assert_eq!((batch.batch, batch.min_samples), (5, 5));
+        let roulette = &vary(&["roulette=throughput:1"]).unwrap()[0].options.roulette;
+        assert_eq!(*roulette, Roulette::Throughput { start: 1 });
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        assert!(refused(&["samples=1", "samples=2"]).contains("given twice"));
+        assert!(refused(&["tolerance=0.1"]).contains("adaptive"));
+        assert!(vary(&["tolerance=0.1,0.2", "adaptive=8:0.5"]).is_ok(), "whatever their order");
+        assert!(refused(&["nodes=compact", "intersection=fast"]).contains("watertight"));
+        let many = |name: &str| format!("{name}={}", (1..=40).map(|n| n.to_string()).collect::<Vec<_>>().join(","));
+        assert!(refused(&[&many("samples"), &many("depth")]).contains("1024"));
+        let brute = RenderOptions { accel: crate::options::AccelOptions::of(Accel::Brute), ..RenderOptions::default() };
+        assert!(combinations(&brute, &[variation("bvh=best").unwrap()]).is_err());
+    }
+}
