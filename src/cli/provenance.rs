@@ -3,6 +3,7 @@
 use super::load::Loaded;
 use crate::error::{Error, Result};
 use crate::options::RenderOptions;
+use glam::DVec3;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -17,7 +18,7 @@ pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stoppe
         }
         options.insert("intersection".into(), intersection);
     }
-    json!({
+    let mut provenance = json!({
         "comber": env!("CARGO_PKG_VERSION"),
         "scene": loaded.name,
         "stage": loaded.stage,
@@ -27,7 +28,11 @@ pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stoppe
         "stopped": stopped,
         "options": options,
         "created": created,
-    })
+    });
+    if loaded.scene.origin != DVec3::ZERO {
+        provenance["origin"] = json!(loaded.scene.origin);
+    }
+    provenance
 }
 
 /// The time that pictures are stamped with: `SOURCE_DATE_EPOCH` if that is set

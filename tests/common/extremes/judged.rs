@@ -17,6 +17,8 @@ use std::sync::Arc;
 
 /// Rays of a batch.
 const BATCH: usize = 512;
+/// Largest coordinate of a ray's origin: comber is good up to about 10¹⁸, and Embree's assertions end the process beyond 1.8 · 10¹⁸.
+const LARGEST: f32 = 1e18;
 
 /// A cell of the grid: about `count` rays by all subjects.
 pub fn cell(case: &Case, at: Place, count: u64, seed: u64, embree: Option<&Arc<Device>>) -> Vec<Row> {
@@ -32,6 +34,7 @@ pub fn cell(case: &Case, at: Place, count: u64, seed: u64, embree: Option<&Arc<D
         for _ in 0..4 * BATCH {
             if rays.len() < BATCH
                 && let Some(ray) = aimed(&shapes, case.aim, at, &mut random).filter(Ray::is_traceable)
+                && ray.origin.abs().max_element() <= LARGEST
             {
                 rays.push(ray);
             }
