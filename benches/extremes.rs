@@ -1,8 +1,8 @@
 //! Misses, false hits and self-hits at the extremes of scale, distance and shape: comber beside Embree.
 //!
-//! `cargo bench --bench extremes -- [--rays 1e9] [--judged 5e7] [--threads N] [--csv FILE] [--json FILE]`. Of the rays, those of `--judged` are traced by
+//! `cargo bench --bench extremes -- [--rays 1e9] [--judged 5e7] [--run N] [--threads N] [--csv FILE] [--json FILE]`. Of the rays, those of `--judged` are traced by
 //! every tracer and judged exactly, shared out among the cells of the grid (`tests/common/extremes`); the others walk inside closed meshes, each traced by
-//! comber's watertight test through one of its kernels, in turn. Without `--rays`, a million.
+//! comber's watertight test through one of its kernels, in turn. Without `--rays`, a million. Rays differ from `--run` to run: counts of several add up.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -20,6 +20,7 @@ use std::time::Instant;
 struct Arguments {
     rays: u64,
     judged: u64,
+    run: u64,
     threads: usize,
     csv: Option<PathBuf>,
     json: Option<PathBuf>,
@@ -27,7 +28,7 @@ struct Arguments {
 
 impl Arguments {
     fn parse() -> Result<Arguments, String> {
-        let mut arguments = Arguments { rays: 1_000_000, judged: 0, threads: 0, csv: None, json: None };
+        let mut arguments = Arguments { rays: 1_000_000, judged: 0, run: 0, threads: 0, csv: None, json: None };
         let mut judged = None;
         let mut words = std::env::args().skip(1);
         while let Some(word) = words.next() {
@@ -39,12 +40,13 @@ impl Arguments {
             match word.as_str() {
                 "--rays" => arguments.rays = number(value()?)?,
                 "--judged" => judged = Some(number(value()?)?),
+                "--run" => arguments.run = number(value()?)?,
                 "--threads" => arguments.threads = number(value()?)? as usize,
                 "--csv" => arguments.csv = Some(value()?.into()),
                 "--json" => arguments.json = Some(value()?.into()),
                 // What cargo says.
                 "--bench" => {}
-                _ => return Err(format!("{word}: expected --rays, --judged, --threads, --csv or --json")),
+                _ => return Err(format!("{word}: expected --rays, --judged, --run, --threads, --csv or --json")),
             }
         }
         arguments.judged = judged.unwrap_or(arguments.rays / 20).min(arguments.rays);
@@ -88,7 +90,7 @@ fn run(arguments: &Arguments) -> comber::error::Result<u64> {
         progress.set(done.fetch_add(rays, std::sync::atomic::Ordering::Relaxed) + rays);
     };
     let each = arguments.judged.div_ceil(extremes::cells(&places));
-    let judged = extremes::judged(&places, each, embree.as_ref(), |rays| told(&progress, rays));
+    let judged = extremes::judged(arguments.run, &places, each, embree.as_ref(), |rays| told(&progress, rays));
     progress.finish();
     println!("\nShares of the rays that miss what they certainly hit / hit what they miss / hit what they left\n");
     println!("{}", table("case", &judged, |row| row.case.to_owned()));
@@ -100,7 +102,8 @@ fn run(arguments: &Arguments) -> comber::error::Result<u64> {
 
     let progress = Progress::new("rays in closed meshes", arguments.rays - arguments.judged, true);
     done.store(0, std::sync::atomic::Ordering::Relaxed);
-    let closed = extremes::closed(&places, arguments.rays - arguments.judged, |rays| told(&progress, rays));
+    let closed =
+        extremes::closed(arguments.run, &places, arguments.rays - arguments.judged, |rays| told(&progress, rays));
     progress.finish();
     println!("Walks in closed meshes by the watertight test, each ray through one of the kernels in turn\n");
     println!("{}", walks(&closed));

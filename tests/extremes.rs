@@ -29,7 +29,7 @@ fn failures(rows: &[&Row]) -> String {
 
 #[test]
 fn the_watertight_test_neither_misses_nor_lies_nor_hits_what_rays_left() {
-    let rows = extremes::judged(&places(&SCALES, &DISTANCES), 2048, None, |_| ());
+    let rows = extremes::judged(0, &places(&SCALES, &DISTANCES), 2048, None, |_| ());
     println!("{}", table("case", &rows, |row| row.case.to_owned()));
     let watertight: Vec<&Row> = rows.iter().filter(|row| row.subject < 2).collect();
     let failed: u64 = watertight.iter().map(|row| row.tally.failures()).sum();
@@ -38,7 +38,7 @@ fn the_watertight_test_neither_misses_nor_lies_nor_hits_what_rays_left() {
 
 #[test]
 fn no_ray_leaves_a_closed_mesh_nor_hits_what_it_left() {
-    let rows = extremes::closed(&places(&SCALES, &DISTANCES), 10_000_000, |_| ());
+    let rows = extremes::closed(0, &places(&SCALES, &DISTANCES), 10_000_000, |_| ());
     println!("{}", table("case", &rows, |row| row.case.to_owned()));
     let failed: u64 = rows.iter().map(|row| row.tally.failures()).sum();
     assert_eq!(failed, 0, "\n{}", failures(&rows.iter().collect::<Vec<_>>()));

@@ -242,3 +242,19 @@ fn info_tells_and_cameras_are_given_in_the_files_coordinates() {
     let forward = |info: &serde_json::Value| vector(&info["camera"]["forward"]);
     assert!(forward(&far).distance(forward(&here)) < 1e-6);
 }
+
+/// So far away that single precision puts all of a scene into one point, the first reading knows where that is.
+#[test]
+fn scenes_that_single_precision_collapses_are_found_again() {
+    let makes: [(&str, fn(DVec3) -> Vec<u8>); 3] = [("knot.obj", obj), ("ascii.ply", ascii_ply), ("room.dae", dae)];
+    for (name, make) in makes {
+        let (here, moved) = (load(name, &make(DVec3::ZERO)), load(name, &make(offset(1e10))));
+        assert!(moved.origin.distance(moved_by(name, 1e10)) <= extent(&here), "{name}: {}", moved.origin);
+        let triangles = |scene: &SceneDescription| scene.meshes.iter().map(|m| m.triangles.len()).collect::<Vec<_>>();
+        assert_eq!(triangles(&moved), triangles(&here), "{name}");
+        for (p, q) in positions(&moved).into_iter().zip(positions(&here)) {
+            let error = (p + moved.origin - moved_by(name, 1e10)).distance(q);
+            assert!(error <= 2e-5, "{name}: {error:e}");
+        }
+    }
+}

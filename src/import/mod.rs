@@ -28,11 +28,17 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         }
     };
     let bytes = bytes::read(path)?;
-    let scene = parse(path, &bytes, DVec3::ZERO)?;
-    let Some(origin) = recentre::centre(&scene) else { return Ok(scene) };
-    drop(scene);
-    let mut scene = parse(path, &bytes, origin)?;
-    scene.notes.push(recentre::note(&scene, origin));
+    let mut scene = parse(path, &bytes, DVec3::ZERO)?;
+    // Twice where the first centre was rounded by more than the size of the scene.
+    for _ in 0..2 {
+        let Some(centre) = recentre::centre(&scene) else { break };
+        let origin = scene.origin + centre;
+        drop(scene);
+        scene = parse(path, &bytes, origin)?;
+    }
+    if scene.origin != DVec3::ZERO {
+        scene.notes.push(recentre::note(&scene, scene.origin));
+    }
     Ok(scene)
 }
 

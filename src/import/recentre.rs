@@ -2,8 +2,8 @@
 //!
 //! Single precision has 24 bits. A mesh that lies 10⁷ times its size from the origin would keep none of them, though its file may state them. Files
 //! of which the geometry lies farther from the origin than [`FAR`] times its size are therefore read a second time: the centre of the
-//! first reading is subtracted from every position – of vertices, lights and cameras – in `f64`, before it is rounded. All others are
-//! read once, and rounded as they stand.
+//! first reading is subtracted from every position – of vertices, lights and cameras – in `f64`, before it is rounded. (And a third time
+//! if the first centre itself was off by many times the scene's size.) All others are read once, and rounded as they stand.
 
 use crate::error::Note;
 use crate::scene::bounds::geometry_bounds;

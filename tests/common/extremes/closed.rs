@@ -29,11 +29,15 @@ const ANY: usize = 4;
 /// About `count` rays of each subject that `choose` takes, by number.
 pub fn cell(solid: &Solid, at: Place, count: u64, seed: u64, subjects: impl Fn(&Shapes) -> Vec<Subject>) -> Vec<Row> {
     let shapes = place_solid(solid, at);
+    let all = shapes.positions.iter();
+    let (low, high) = all.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
     let row = |subject: Subject| {
         let mut walk = Walk {
             solid,
             at,
             shapes: &shapes,
+            low,
+            high,
             random: Random(seed ^ (subject.number() as u64) << 56),
             tally: Tally::default(),
         };
@@ -64,6 +68,9 @@ struct Walk<'a> {
     solid: &'a Solid,
     at: Place,
     shapes: &'a Shapes,
+    /// The box around the mesh.
+    low: Vec3,
+    high: Vec3,
     random: Random,
     tally: Tally,
 }
@@ -132,7 +139,9 @@ impl Walk<'_> {
 
     /// A ray that hit nothing: a miss, unless its origin is not inside.
     fn nothing(&mut self, ray: &Ray, from: u32, kernel: impl Fn() -> String) {
-        let winding = winding(ray.origin, self.shapes);
+        // Most that are outside are so beyond the box.
+        let boxed = (ray.origin.cmpgt(self.low) & ray.origin.cmplt(self.high)).all();
+        let winding = if boxed { winding(ray.origin, self.shapes) } else { 0.0 };
         let near = |prim: u32| {
             distance(ray.origin.as_dvec3(), self.shapes.corners(prim)) <= BOUND * self.at.scale.max(reach(ray.origin))
         };

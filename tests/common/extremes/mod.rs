@@ -37,41 +37,48 @@ pub fn cells(places: &[Place]) -> u64 {
 }
 
 /// A number for each cell, from which its random numbers start.
-fn seed(case: usize, at: Place) -> u64 {
+fn seed(run: u64, case: usize, at: Place) -> u64 {
     let mixed = at.scale.to_bits().rotate_left(17) ^ at.distance.to_bits() ^ (case as u64 + 1) << 7;
+    let mixed = mixed ^ run.wrapping_mul(0xd134_2543_de82_ef95);
     mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15)
 }
 
-/// The judged grid: about `count` rays a cell, by every subject; `done` is told of the rays of each cell.
-pub fn judged(places: &[Place], count: u64, embree: Option<&Arc<Device>>, done: impl Fn(u64) + Sync) -> Vec<Row> {
+/// The judged grid: about `count` rays a cell, by every subject; `done` is told of the rays of each cell. Other rays for another `run`.
+pub fn judged(
+    run: u64,
+    places: &[Place],
+    count: u64,
+    embree: Option<&Arc<Device>>,
+    done: impl Fn(u64) + Sync,
+) -> Vec<Row> {
     let solids = solids::all();
     let cells: Vec<(usize, Place)> =
         (0..CASES.len() + solids.len()).flat_map(|case| places.iter().map(move |&at| (case, at))).collect();
-    let run = |&(case, at): &(usize, Place)| {
+    let work = |&(case, at): &(usize, Place)| {
         let rows = match CASES.get(case) {
-            Some(loose) => judged::cell(loose, at, count, seed(case, at), embree),
+            Some(loose) => judged::cell(loose, at, count, seed(run, case, at), embree),
             None => {
                 let solid = &solids[case - CASES.len()];
-                closed::cell(solid, at, count, seed(case, at), closed::everyone(embree))
+                closed::cell(solid, at, count, seed(run, case, at), closed::everyone(embree))
             }
         };
         done(count);
         rows
     };
-    cells.par_iter().with_max_len(1).flat_map_iter(run).collect()
+    cells.par_iter().with_max_len(1).flat_map_iter(work).collect()
 }
 
 /// The long walk: `count` rays in all inside closed meshes, by the watertight test with nodes of both formats.
-pub fn closed(places: &[Place], count: u64, done: impl Fn(u64) + Sync) -> Vec<Row> {
+pub fn closed(run: u64, places: &[Place], count: u64, done: impl Fn(u64) + Sync) -> Vec<Row> {
     let solids = solids::all();
     let cells: Vec<(usize, Place)> =
         (0..solids.len()).flat_map(|solid| places.iter().map(move |&at| (solid, at))).collect();
     let each = count.div_ceil(2 * cells.len() as u64);
-    let run = |&(solid, at): &(usize, Place)| {
-        let mut rows = closed::cell(&solids[solid], at, each, !seed(solid, at), closed::watertight);
+    let work = |&(solid, at): &(usize, Place)| {
+        let mut rows = closed::cell(&solids[solid], at, each, !seed(run, solid, at), closed::watertight);
         rows.iter_mut().for_each(|row| row.walk = true);
         done(rows.iter().map(|row| row.tally.rays).sum());
         rows
     };
-    cells.par_iter().with_max_len(1).flat_map_iter(run).collect()
+    cells.par_iter().with_max_len(1).flat_map_iter(work).collect()
 }
