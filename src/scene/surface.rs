@@ -29,9 +29,11 @@ pub fn on_triangle<F: Lanes>(corners: [V3<F>; 3], u: F, v: F, direction: V3<F>) 
     let [a, b, c] = corners;
     let w = F::splat(1.0) - u - v;
     let position = a * w + b * u + c * v;
-    let geometric = facing(triangle_normal(corners), direction);
+    let (normal, narrow) = normal_and_size_if_narrow(corners);
+    let geometric = facing(normal, direction);
     let reach = a.abs() * w.abs() + b.abs() * u.abs() + c.abs() * v.abs();
-    SurfacePoint { origin: position + geometric * offset(reach), geometric, normal: geometric }
+    let away = offset(reach) + narrow * F::splat(ROUNDING);
+    SurfacePoint { origin: position + geometric * away, geometric, normal: geometric }
 }
 
 /// How far off a surface rays leave, given the magnitudes that went into the position.
@@ -52,18 +54,29 @@ const BROAD: f32 = 1.0 / 16.0;
 /// underflow, and those of huge ones overflow. Narrow triangles get theirs in f64; those without area, any that is perpendicular to them.
 #[inline(always)]
 pub fn triangle_normal<F: Lanes>(corners: [V3<F>; 3]) -> V3<F> {
+    normal_and_size_if_narrow(corners).0
+}
+
+/// [`triangle_normal`]; and for narrow triangles, by how much more than the point's own coordinates their corners count when rays leave
+/// them, 0 for others. A ray that starts at the tip of a sliver, its coordinates small, meets in a moment the weights of corners that are far away: the
+/// next intersection test errs by units in the last place of their distance.
+#[inline(always)]
+fn normal_and_size_if_narrow<F: Lanes>(corners: [V3<F>; 3]) -> (V3<F>, F) {
     let [a, b, c] = corners;
-    let one = F::splat(1.0);
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let (e1, e2) = (b - a, c - a);
-    let e1 = e1 * (one / e1.abs().max_component());
-    let e2 = e2 * (one / e2.abs().max_component());
+    let (size1, size2) = (e1.abs().max_component(), e2.abs().max_component());
+    let e1 = e1 * (one / size1);
+    let e2 = e2 * (one / size2);
     let cross = e1.cross(e2);
     let squared = cross.dot(cross);
+    let normal = cross * (one / squared.sqrt());
     // Nor is a NaN greater.
-    if F::all(squared.gt(F::splat(BROAD))) {
-        return cross * (one / squared.sqrt());
+    let broad = squared.gt(F::splat(BROAD));
+    if F::all(broad) {
+        return (normal, zero);
     }
-    narrow_normals(corners, cross * (one / squared.sqrt()), squared)
+    (narrow_normals(corners, normal, squared), F::select(broad, zero, size1 + size2))
 }
 
 /// The normals, those of narrow triangles computed in f64. `squared` says which they are.
@@ -226,6 +239,17 @@ mod tests {
             let point = on_sphere(v(0.0, 0.0, 0.0), radius, v(0.0, 0.0, radius), d);
             assert_eq!(point.geometric, v(0.0, 0.0, 1.0), "{radius:e}");
         }
+    }
+
+    #[test]
+    fn rays_leave_the_tip_of_a_sliver_by_what_its_far_corners_err() {
+        let corners = [v(-4e8, 3e8, 1e3), v(2.0, -1.0, 0.5), v(4e8, -3e8, 2e3)];
+        let point = on_triangle(corners, 1.0, 0.0, v(0.1, 0.2, -1.0));
+        let from_tip = glam::Vec3::from(point.origin).distance(glam::Vec3::from(corners[1]));
+        assert!((ROUNDING * 4e8..ROUNDING * 3e9).contains(&from_tip), "{from_tip}");
+        // A broad one by what its own coordinates err, however large it is.
+        let point = on_triangle([v(-4e8, 3e8, 1e3), v(2.0, -1.0, 0.5), v(4e8, 3e8, 2e3)], 1.0, 0.0, v(0.1, 0.2, -1.0));
+        assert!(glam::Vec3::from(point.origin).distance(glam::Vec3::from(corners[1])) < ROUNDING * 10.0);
     }
 
     #[test]
