@@ -31,13 +31,14 @@ pub struct Case {
 }
 
 /// Those of loose triangles and spheres; [`super::solids`] has the closed meshes.
-pub const CASES: [Case; 11] = [
+pub const CASES: [Case; 12] = [
     Case { name: "vertex", aim: Aim::Vertex, make: |random| (fat(random), vec![]) },
     Case { name: "edge", aim: Aim::Edge, make: |random| (fat(random), vec![]) },
     Case { name: "interior", aim: Aim::Interior, make: |random| (fat(random), vec![]) },
     Case { name: "grazing 89.9999°", aim: Aim::Grazing, make: |random| (fat(random), vec![]) },
     Case { name: "needles 10⁶", aim: Aim::Interior, make: |random| (thin(random, true), vec![]) },
     Case { name: "slivers 10⁶", aim: Aim::Interior, make: |random| (thin(random, false), vec![]) },
+    Case { name: "tips of slivers", aim: Aim::Vertex, make: |random| (tips(random), vec![]) },
     Case { name: "layers 10⁻⁶ apart", aim: Aim::Interior, make: |random| (layers(random), vec![]) },
     Case { name: "axes, zeros, −0", aim: Aim::Axes, make: |_| (blocks(), vec![]) },
     Case { name: "sphere 10⁻⁶", aim: Aim::Sphere, make: |_| (vec![], vec![(DVec3::new(0.3, -0.2, 0.1), 1e-6)]) },
@@ -64,6 +65,16 @@ fn thin(random: &mut Random, needle: bool) -> Vec<[DVec3; 3]> {
             .map(|corner| if !needle && corner == tip { corner + across } else { corner })
     };
     (0..12).map(triangle).collect()
+}
+
+/// Slivers of which the tip lies near the middle of the scene, where coordinates are small and those of the other corners are not.
+fn tips(random: &mut Random) -> Vec<[DVec3; 3]> {
+    let mut triangles = thin(random, false);
+    for corners in &mut triangles {
+        let by = vector(random) * 10f64.powi(-(random.below(8) as i32)) - corners[1];
+        corners.iter_mut().for_each(|corner| *corner += by);
+    }
+    triangles
 }
 
 /// Eight squares, each a little higher and tilted a little.
