@@ -230,6 +230,13 @@ fn points_on_lights_follow_their_densities() {
                     narrow.push(format!("{what}: {whole:.3}"));
                     continue;
                 }
+                if what.starts_with("triangle from [1.4") {
+                    for (c, (n, e)) in counts.iter().zip(&expected).enumerate() {
+                        if *e * 60000. < 8. && *n > 0 {
+                            println!("DBG {what} cell {c} ring {} sector {} count {n} expected {e}", c / 16, c % 16);
+                        }
+                    }
+                }
                 let drawn: u32 = counts.iter().sum();
                 let expected: Vec<_> = expected.iter().map(|e| e / whole * f64::from(drawn)).collect();
                 results.push((p_value(&counts, &expected, &what), what));

@@ -109,23 +109,25 @@ pub struct Crossing {
 
 /// The candidates of whose plane the ray is sure to cross beyond its ends: most rays start close to a triangle that they do
 /// not hit, and each would otherwise be a candidate. `inside` and `depths` are the weights of the corners, all of one sign,
-/// and their distances along the ray, so that `t` is the weighted mean of the distances over `per_t`.
+/// and their distances along the ray, so that `t` is the weighted mean of the distances over `per_t`. The weights err by two half-ulps
+/// of themselves and of `product` at most: of slivers, they may hardly be known.
 #[inline(always)]
 pub fn beyond_ends<W: Wide>(
     wide: W,
     weights: [W::Lanes; 3],
+    product: W::Lanes,
     depths: [W::Lanes; 3],
     per_t: W::Lanes,
     t_max: W::Lanes,
 ) -> W::Mask {
-    // The sums err by less than 8 half-ulps of `size`; the margin is four times that, and more than any underflow.
+    // The sums err by less than 14 half-ulps of `size`; the margin is twice that, and more than any underflow.
     const MARGIN: f32 = 1.0 / (1 << 19) as f32;
     let area = wide.add(wide.add(weights[0], weights[1]), weights[2]);
     let sum = wide.mul(weights[0], depths[0]);
     let sum = wide.about(weights[1], depths[1], sum);
     let sum = wide.about(weights[2], depths[2], sum);
     let deepest = wide.max(wide.max(wide.abs(depths[0]), wide.abs(depths[1])), wide.abs(depths[2]));
-    let size = wide.mul(wide.abs(area), deepest);
+    let size = wide.mul(wide.add(wide.abs(area), product), deepest);
     let margin = wide.about(size, wide.splat(MARGIN), wide.splat(1e-30));
     let unit = wide.mul(area, per_t);
     let sum = wide.flipped(sum, unit);

@@ -2,7 +2,9 @@
 //!
 //! The ray's largest direction component becomes its z axis, and a shear makes the ray the z axis itself. Which
 //! side of an edge the ray passes then depends on four numbers that both triangles at the edge compute alike, so
-//! no ray slips between them. An edge function that is exactly 0 is computed again in f64, where it is exact.
+//! no ray slips between them. Rounding keeps order, so an f32 edge function that is not 0 has the right sign; those of
+//! triangles that a ray may hit are computed again in f64, where they are exact but for one rounding: of slivers, f32 would leave
+//! no digit of the weights, and so of the distance.
 //!
 //! Two-sided, so the paper's swap that keeps the winding is left out. Without fused operations, in one order:
 //! every tier gives the same bits, and [`scalar`] the same as the blocks of [`Watertight`].
@@ -92,7 +94,8 @@ impl Intersect for Watertight {
     #[inline(always)]
     fn test<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, [a, b, c]: [[W::Lanes; 3]; 3]) -> W::Mask {
         let (a, b, c) = (sheared(wide, rays, a), sheared(wide, rays, b), sheared(wide, rays, c));
-        let edges = [edge(wide, c, b), edge(wide, a, c), edge(wide, b, a)];
+        let [(e0, p0), (e1, p1), (e2, p2)] = [edge(wide, c, b), edge(wide, a, c), edge(wide, b, a)];
+        let edges = [e0, e1, e2];
         let least = wide.min(wide.min(edges[0], edges[1]), edges[2]);
         let most = wide.max(wide.max(edges[0], edges[1]), edges[2]);
         // Zeros count as either sign here. Minimum and maximum may lose a NaN; `finish` rejects it.
@@ -100,7 +103,8 @@ impl Intersect for Watertight {
         let inside = wide.either(wide.at_most(zero, least), wide.at_most(most, zero));
         // Where an edge function is 0, the weights that count are others.
         let strictly = wide.either(wide.below(zero, least), wide.below(most, zero));
-        let beyond = beyond_ends(wide, edges, [a[2], b[2], c[2]], rays.direction[2], rays.t_max);
+        let product = wide.max(wide.max(wide.abs(p0), wide.abs(p1)), wide.abs(p2));
+        let beyond = beyond_ends(wide, edges, product, [a[2], b[2], c[2]], rays.direction[2], rays.t_max);
         wide.but_not(inside, wide.both(strictly, beyond))
     }
 
@@ -131,10 +135,12 @@ fn sheared<W: Wide>(wide: W, rays: &RayLanes<W::Lanes>, [x, y, z]: [W::Lanes; 3]
     [x, y, z]
 }
 
-/// Which side of the edge between two corners the ray is on.
+/// Which side of the edge between two corners the ray is on; and the first of the products that this is the difference of, by
+/// which it errs.
 #[inline(always)]
-fn edge<W: Wide>(wide: W, p: [W::Lanes; 3], q: [W::Lanes; 3]) -> W::Lanes {
-    wide.sub(wide.mul(p[0], q[1]), wide.mul(p[1], q[0]))
+fn edge<W: Wide>(wide: W, p: [W::Lanes; 3], q: [W::Lanes; 3]) -> (W::Lanes, W::Lanes) {
+    let product = wide.mul(p[0], q[1]);
+    (wide.sub(product, wide.mul(p[1], q[0])), product)
 }
 
 /// Tests one triangle: the twin of [`Watertight`], same bits.
@@ -149,27 +155,14 @@ fn cross(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) 
     let z = corners[2].map(|c| c - origin[2]);
     let x: [f32; 3] = std::array::from_fn(|i| (corners[0][i] - origin[0]) - shear[0] * z[i]);
     let y: [f32; 3] = std::array::from_fn(|i| (corners[1][i] - origin[1]) - shear[1] * z[i]);
+    // As the lanes have it: overflow in f32 is a miss, whatever f64 would say.
     let edges = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
     if !(edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0)) {
         return None;
     }
-    finish(depth, edges, x, y, z)
-}
-
-/// What both do with a triangle whose edge functions do not differ in sign. In f64: the few lanes that come this
-/// far cost nothing, and tiny triangles do not underflow.
-#[inline(always)]
-fn finish(depth: f32, edges: [f32; 3], x: [f32; 3], y: [f32; 3], z: [f32; 3]) -> Option<Crossing> {
-    let [mut a, mut b, mut c] = edges.map(f64::from);
-    // Overflow in f32: where lanes are compared, NaN may or may not have come through.
-    if (a + b + c).is_nan() {
+    let [a, b, c] = exact_edges(x, y);
+    if (a < 0.0 || b < 0.0 || c < 0.0) && (a > 0.0 || b > 0.0 || c > 0.0) {
         return None;
-    }
-    if a == 0.0 || b == 0.0 || c == 0.0 {
-        [a, b, c] = exact_edges(x, y);
-        if (a < 0.0 || b < 0.0 || c < 0.0) && (a > 0.0 || b > 0.0 || c > 0.0) {
-            return None;
-        }
     }
     let area = a + b + c;
     if area == 0.0 {
@@ -180,9 +173,8 @@ fn finish(depth: f32, edges: [f32; 3], x: [f32; 3], y: [f32; 3], z: [f32; 3]) ->
     Some(Crossing { t: t as f32, u: (b / area) as f32, v: (c / area) as f32 })
 }
 
-/// The edge functions again, with products that are exact in f64, and so with the right sign.
-#[cold]
-#[inline(never)]
+/// The edge functions, with products that are exact in f64, and so with the right sign. The few lanes that come this far cost nothing.
+#[inline(always)]
 fn exact_edges(x: [f32; 3], y: [f32; 3]) -> [f64; 3] {
     let (x, y) = (x.map(f64::from), y.map(f64::from));
     [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
@@ -220,6 +212,22 @@ mod tests {
         assert_eq!(scalar(&ray, [Vec3::ZERO; 3]), None);
         assert_eq!(scalar(&ray, [Vec3::ZERO, Vec3::X, Vec3::X * 2.0]), None);
         assert_eq!(scalar(&ray, [Vec3::NAN; 3]), None);
+    }
+
+    /// Weights in f32 put this hit beyond the sliver's end, half its length from where the ray passes.
+    #[test]
+    fn slivers_are_hit_where_they_are() {
+        let (long, high) = (Vec3::new(0.6, -0.64, 0.48), Vec3::new(0.8, 0.48, -0.36) * 1e-6);
+        let corners = [long * -0.5, long * 0.5, long * 0.1 + high].map(|corner| corner + Vec3::new(0.3, 0.2, 1.0));
+        let inside = corners.map(Vec3::as_dvec3);
+        let inside = inside[0] * 0.3 + inside[1] * 0.3 + inside[2] * 0.4;
+        for from in [Vec3::ZERO, Vec3::new(2.0, 1.0, 0.5), Vec3::new(-0.4, 3.0, 0.1)] {
+            let direction = (inside - from.as_dvec3()).normalize().as_vec3();
+            let ray = Ray::new(from, direction);
+            let Some(hit) = scalar(&ShearedRay::new(&ray), corners) else { continue };
+            let reported = from.as_dvec3() + direction.as_dvec3() * f64::from(hit.t);
+            assert!(reported.distance(inside) < 1e-5, "from {from}: {reported} instead of {inside}");
+        }
     }
 
     /// Small integers make edges that pass exactly through the ray likely.

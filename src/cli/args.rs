@@ -308,7 +308,7 @@ pub struct FrameArgs {
 }
 
 /// How many samples, and where.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct SamplingArgs {
     /// Samples a pixel; with -a, the most that a pixel gets.
@@ -481,23 +481,23 @@ pub(super) const CONFIDENCES: &[(&str, &str, Confidence)] = &[
     ("t", "Student's t, wider for few samples", Confidence::T),
 ];
 
-const TESTS: &[(&str, &str, Tests)] = &[
+pub(super) const TESTS: &[(&str, &str, Tests)] = &[
     ("batches", "after every BATCH samples, as in the course", Tests::Batches),
     ("doubling", "after BATCH samples, twice, four times, eight times as many", Tests::Doubling),
 ];
 
-const TRUSTS: &[(&str, &str, Trust)] = &[
+pub(super) const TRUSTS: &[(&str, &str, Trust)] = &[
     ("once", "one test that is passed, as in the course", Trust::Once),
     ("twice", "two in succession", Trust::Twice),
     ("halves", "each half of the samples stops by what the other half says", Trust::Halves),
 ];
 
-const AREAS: &[(&str, &str, Area)] = &[
+pub(super) const AREAS: &[(&str, &str, Area)] = &[
     ("pixel", "every pixel by itself, as in the course", Area::Pixel),
     ("tile", "16 by 16 pixels, by the root mean square of their intervals", Area::Tile),
 ];
 
-const SAMPLERS: &[(&str, &str, Sampler)] = &[
+pub(super) const SAMPLERS: &[(&str, &str, Sampler)] = &[
     ("independent", "every number on its own", Sampler::Independent),
     ("sobol", "Owen-scrambled Sobol points: spread evenly, less noise", Sampler::Sobol),
     (
@@ -524,7 +524,7 @@ pub(super) const DIRECTS: &[(&str, &str, Direct)] = &[
     ("mis", "lights and continuing ray, weighted by the power heuristic", Direct::Mis),
 ];
 
-const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
+pub(super) const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
     ("area", "uniform by area", LightSampling::Area),
     (
         "solid-angle",
@@ -533,7 +533,7 @@ const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
     ),
 ];
 
-const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
+pub(super) const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
     ("auto", "each of up to 16, else by their power", LightSelection::Auto),
     ("each", "each light, a mesh being one", LightSelection::Each),
     ("power", "at most 16 lights, drawn by their power", LightSelection::Power),

@@ -18,7 +18,10 @@ pub fn resolve(view: &ViewRequest, staged: &Staged, options: &RenderOptions) -> 
     if view.explicit == Explicit::default() {
         return Ok(framing);
     }
-    viewpoint::explicit(&view.explicit, &framing, (min + max) * 0.5).map_err(Error::Options)
+    let around = |point: Option<DVec3>| point.map(|point| point - description.origin);
+    let Explicit { position, target, .. } = view.explicit;
+    let explicit = Explicit { position: around(position), target: around(target), ..view.explicit };
+    viewpoint::explicit(&explicit, &framing, (min + max) * 0.5).map_err(Error::Options)
 }
 
 /// The camera before the command line changes it, for geometry in the box from `min` to `max`.
@@ -29,7 +32,9 @@ fn framing(view: &ViewRequest, staged: &Staged, options: &RenderOptions, min: DV
             .map_err(|why| format!("{}: {why}", description.name))
     };
     match (&view.framing, staged.camera) {
-        (Framing::Settings(camera), _) => Ok(*camera),
+        (Framing::Settings { camera, position }, _) => {
+            Ok(Camera { position: (*position - description.origin).as_vec3(), ..*camera })
+        }
         (Framing::Choice(choice), _) => choose(*choice).map_err(Error::Options),
         (Framing::Scene, Some(camera)) => Ok(camera),
         (Framing::Scene, None) if description.course_profile => choose(CameraChoice::Course).map_err(Error::Scene),

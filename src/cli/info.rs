@@ -10,6 +10,7 @@ use super::resolve::RenderRequest;
 use crate::bvh::PhaseSeconds;
 use crate::measure::units;
 use crate::plan::Plan;
+use glam::DVec3;
 use serde_json::{Value, json};
 
 /// Explains the render that `args` ask for.
@@ -67,7 +68,14 @@ fn scene(loaded: &Loaded) -> String {
         let (kind, radiance) = (light.shape.kind(), light.radiance);
         facts.add("light", format!("{}: {kind}, area {:.4}, radiance {radiance}", light.name, light.area()));
     }
-    facts.add("bounds", format!("{min} to {max}"));
+    if scene.origin == DVec3::ZERO {
+        facts.add("bounds", format!("{min} to {max}"));
+    } else {
+        let size = f64::from((max - min).max_element());
+        let far = scene.origin.abs().max_element() / size;
+        facts.add("origin", format!("{}: the scene lies {far:.0} times its size from the file's", scene.origin));
+        facts.add("bounds", format!("{min} to {max} around it"));
+    }
     facts.add("tables", units::bytes(scene.bytes() as u64));
     facts.text()
 }
@@ -77,7 +85,8 @@ fn camera(loaded: &Loaded, plan: &Plan) -> String {
     let (x, y) = camera.shown(plan.options.width, plan.options.height);
     let degrees = |tan_half: f32| 2.0 * tan_half.atan().to_degrees();
     let mut facts = Facts::default();
-    facts.add("position", camera.position.to_string());
+    let around = if loaded.scene.origin == DVec3::ZERO { "" } else { " around the scene's origin" };
+    facts.add("position", format!("{}{around}", camera.position));
     facts.add("looks along", camera.forward.to_string());
     facts.add("up", camera.up.to_string());
     facts.add("shows", format!("{:.2}° × {:.2}°", degrees(x), degrees(y)));

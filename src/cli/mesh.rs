@@ -15,6 +15,7 @@ use crate::film::atomic_file;
 use crate::measure::progress::Progress;
 use crate::measure::units;
 use crate::scene::description::SceneDescription;
+use glam::DVec3;
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
@@ -40,6 +41,11 @@ pub fn run(args: MeshArgs) -> anyhow::Result<Done> {
     let (description, _) = describe(&source)?;
     let mut notes = description.notes.clone();
     notes.extend(left_out(&description));
+    let origin = description.origin;
+    if origin != DVec3::ZERO {
+        let text = format!("{}: positions are written as read, relative to {origin}", description.name);
+        notes.push(Note::warning(text));
+    }
     let name = description.name.clone();
     let split = split(description, args.split, args.noise)?;
     progress.finish();
@@ -53,6 +59,7 @@ pub fn run(args: MeshArgs) -> anyhow::Result<Done> {
             "command": "mesh",
             "input": name,
             "output": report::path_json(output),
+            "origin": origin,
             "vertices": split.vertex_count(),
             "triangles": split.triangle_count(),
             "bytes": bytes,

@@ -4,13 +4,14 @@ use super::load::Loaded;
 use crate::accumulate::about::of_picture;
 use crate::error::{Error, Result};
 use crate::options::RenderOptions;
+use glam::DVec3;
 use serde_json::{Value, json};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Scene, options, seed, version and time. What cannot change the picture is left out, so that it cannot change the file either.
 pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stopped: bool, created: &str) -> Value {
     let options = of_picture(options);
-    json!({
+    let mut provenance = json!({
         "comber": env!("CARGO_PKG_VERSION"),
         "scene": loaded.name,
         "stage": loaded.stage,
@@ -20,7 +21,11 @@ pub fn provenance(loaded: &Loaded, options: &RenderOptions, samples: u64, stoppe
         "stopped": stopped,
         "options": options,
         "created": created,
-    })
+    });
+    if loaded.scene.origin != DVec3::ZERO {
+        provenance["origin"] = json!(loaded.scene.origin);
+    }
+    provenance
 }
 
 /// The time that pictures are stamped with: `SOURCE_DATE_EPOCH` if that is set

@@ -233,6 +233,7 @@ pub fn scene_json(loaded: &Loaded) -> Value {
         "vertices": scene.shapes.positions.len(),
         "geometries": scene.shapes.geometries.len(),
         "bytes": scene.bytes(),
+        "origin": scene.origin,
         "bounds": [min, max],
     })
 }

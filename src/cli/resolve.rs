@@ -17,6 +17,7 @@ use crate::scene::camera::Camera;
 use crate::scene::settings::settings_file;
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::{CameraChoice, Explicit};
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// The most pixels that one render may have: 16384 × 16384.
@@ -127,7 +128,12 @@ pub enum Framing {
     /// The scene's, placed in this way.
     Choice(CameraChoice),
     /// A settings file.
-    Settings(Camera),
+    Settings {
+        /// The camera, around the origin of coordinates.
+        camera: Camera,
+        /// Its position as the file states it.
+        position: DVec3,
+    },
 }
 
 /// The files that a render leaves.
@@ -454,7 +460,7 @@ pub fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Op
         (Some(settings), _) => {
             notes.extend(settings.notes);
             size = Some([settings.width, settings.height]);
-            Framing::Settings(settings.camera)
+            Framing::Settings { camera: settings.camera, position: settings.position }
         }
         (None, Some(choice)) => Framing::Choice(choice),
         (None, None) => Framing::Scene,

@@ -260,6 +260,19 @@ impl<'a> Cursor<'a> {
         self.unusual_f32(name)
     }
 
+    /// A number less `origin`, rounded once.
+    #[inline]
+    pub fn coordinate(&mut self, name: &str, origin: f64) -> Result<f32, Fault> {
+        if origin == 0.0 { self.f32(name) } else { self.far_coordinate(name, origin) }
+    }
+
+    #[cold]
+    fn far_coordinate(&mut self, name: &str, origin: f64) -> Result<f32, Fault> {
+        let token = self.required(name)?;
+        let value = number::parse_f64(token).ok_or_else(|| self.wrong(token, name, "a number"))?;
+        Ok((value - origin) as f32)
+    }
+
     #[cold]
     fn unusual_f32(&mut self, name: &str) -> Result<f32, Fault> {
         let token = self.required(name)?;

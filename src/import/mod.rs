@@ -7,25 +7,39 @@ pub mod number;
 pub mod obj;
 pub mod ply;
 pub mod polygon;
+mod recentre;
 
 use crate::error::{At, Error, Result};
 use crate::scene::description::{MaterialDescription, SceneDescription, Surface};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::Path;
 
-/// Reads a scene file; its extension, in any case, says how.
+/// Reads a scene file; its extension, in any case, says how. What lies far from the origin for its size is read
+/// around its own centre: see [`SceneDescription::origin`].
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let parse = match extension.as_str() {
-        "dae" => dae::parse,
-        "obj" => obj::parse,
-        "ply" => ply::parse,
+        "dae" => dae::parse_around,
+        "obj" => obj::parse_around,
+        "ply" => ply::parse_around,
         _ => {
             let path = path.display();
             return Err(Error::Options(format!("{path}: unknown kind of scene file; expected .dae, .obj or .ply")));
         }
     };
-    parse(path, &bytes::read(path)?)
+    let bytes = bytes::read(path)?;
+    let mut scene = parse(path, &bytes, DVec3::ZERO)?;
+    // Twice where the first centre was rounded by more than the size of the scene.
+    for _ in 0..2 {
+        let Some(centre) = recentre::centre(&scene) else { break };
+        let origin = scene.origin + centre;
+        drop(scene);
+        scene = parse(path, &bytes, origin)?;
+    }
+    if scene.origin != DVec3::ZERO {
+        scene.notes.push(recentre::note(&scene, scene.origin));
+    }
+    Ok(scene)
 }
 
 /// What to call a scene: the file's name, without its folders.

@@ -17,6 +17,11 @@ pub fn parse_f32(token: &[u8]) -> Option<f32> {
     }
 }
 
+/// As [`parse_f32`], in `f64`.
+pub fn parse_f64(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
 /// The number at the start of `bytes` and its length, where that is quick and certain to be exactly rounded.
 ///
 /// The caller checks that the token ends there, and asks [`parse_f32`] otherwise and after `None`.

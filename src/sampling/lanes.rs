@@ -39,6 +39,8 @@ pub trait Lanes:
     fn gt(self, other: Self) -> Self::Mask;
     /// `mask ? yes : no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Whether it holds in every lane.
+    fn all(mask: Self::Mask) -> bool;
 }
 
 impl Lanes for f32 {
@@ -88,6 +90,10 @@ impl Lanes for f32 {
     #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn all(mask: bool) -> bool {
+        mask
     }
 }
 
@@ -139,6 +145,10 @@ impl Lanes for Vec4 {
     #[inline(always)]
     fn select(mask: BVec4A, yes: Self, no: Self) -> Self {
         Vec4::select(mask, yes, no)
+    }
+    #[inline(always)]
+    fn all(mask: BVec4A) -> bool {
+        mask.all()
     }
 }
 

@@ -21,7 +21,7 @@ impl Scene {
     /// A material in use that cannot be rendered (unless substitution is allowed), coordinates that are not finite,
     /// indices out of range, more primitives than 32-bit numbers can name, or nothing to render at all.
     pub fn build(description: SceneDescription, options: SceneOptions) -> Result<Scene> {
-        let mut scene = Scene { notes: description.notes, ..Scene::default() };
+        let mut scene = Scene { notes: description.notes, origin: description.origin, ..Scene::default() };
         let name = &description.name;
         let smooth = options.normals == Normals::Smooth && description.meshes.iter().any(|m| !m.normals.is_empty());
 

@@ -4,13 +4,15 @@
 //! transforms (in `f64`, rounded once). Triangles wind counter-clockwise seen from their front.
 
 use crate::error::{At, Note};
-use glam::{DMat4, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 /// A scene as read from a file or made by a generator.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
     /// What to call it: a file name or a generator's specification.
     pub name: String,
+    /// What was subtracted from every position before it was rounded, world space; zero for most.
+    pub origin: DVec3,
     /// Triangle meshes.
     pub meshes: Vec<MeshDescription>,
     /// Analytic spheres.
@@ -149,8 +151,10 @@ pub struct AreaLightDescription {
 pub struct CameraDescription {
     /// Node name, for messages.
     pub name: String,
-    /// Camera to world.
+    /// Camera to world, less [`SceneDescription::origin`].
     pub to_world: DMat4,
+    /// [`SceneDescription::origin`].
+    pub origin: DVec3,
     /// Horizontal field of view in degrees, if stated.
     pub xfov: Option<f64>,
     /// Vertical field of view in degrees, if stated.

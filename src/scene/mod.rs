@@ -16,7 +16,7 @@ use crate::error::Note;
 use crate::light::Light;
 use crate::material::Material;
 use crate::options::Normals;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use shapes::Shapes;
 use std::mem::size_of;
 
@@ -38,6 +38,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// What emits.
     pub lights: Vec<Light>,
+    /// What was subtracted from every position: [`description::SceneDescription::origin`].
+    pub origin: DVec3,
     /// What the user should know, from import and build.
     pub notes: Vec<Note>,
 }

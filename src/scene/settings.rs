@@ -25,6 +25,8 @@ use std::path::Path;
 pub struct Settings {
     /// The camera.
     pub camera: Camera,
+    /// Its position as the file states it.
+    pub position: DVec3,
     /// Frame width that the camera was set up for, in pixels.
     pub width: u32,
     /// Frame height that the camera was set up for, in pixels.
@@ -139,7 +141,7 @@ fn parse(text: &str, path: &Path) -> Result<Settings> {
         return Err(Error::expected(path, At::Line(line), format!("`{shown}` is too much"), "the end of the file"));
     }
     let camera = Camera::look(position, -backward, up, tan_x, tan_y).map_err(|e| Error::import(path, At::File, e))?;
-    Ok(Settings { camera, width, height, notes })
+    Ok(Settings { camera, position, width, height, notes })
 }
 
 #[cfg(test)]

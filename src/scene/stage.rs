@@ -95,10 +95,16 @@ fn turn_up(description: &mut SceneDescription, up: UpAxis) {
         light.side_v = turn(light.side_v);
         light.direction = turn(light.direction);
     }
+    let DVec3 { x, y, z } = description.origin;
+    description.origin = match up {
+        UpAxis::X => DVec3::new(-y, x, z),
+        UpAxis::Y => description.origin,
+        UpAxis::Z => DVec3::new(-x, z, y),
+    };
 }
 
 /// Scales the geometry in the box from `min` to `max` so that its largest side is `side`, and moves it so that the
-/// middle of its base is at `foot`; returns the new box.
+/// middle of its base is at `foot`; returns the new box. What its file had for an origin is nowhere then.
 fn put(description: &mut SceneDescription, min: DVec3, max: DVec3, side: f64, foot: DVec3) -> (DVec3, DVec3) {
     let scale = side / (max - min).max_element();
     let base = DVec3::new((min.x + max.x) / 2.0, min.y, (min.z + max.z) / 2.0);
@@ -110,6 +116,7 @@ fn put(description: &mut SceneDescription, min: DVec3, max: DVec3, side: f64, fo
         sphere.center = moved(sphere.center.as_dvec3()).as_vec3();
         sphere.radius = (f64::from(sphere.radius) * scale) as f32;
     }
+    description.origin = DVec3::ZERO;
     (moved(min), moved(max))
 }
 

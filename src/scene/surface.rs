@@ -1,6 +1,7 @@
 //! The point where a ray meets a surface: position, normals, and how far rounding may have moved it.
 
 use crate::sampling::lanes::{Lanes, V3};
+use glam::DVec3;
 
 /// Bound on the relative rounding error of a position built from a few products and sums, with room to spare: 32 half
 /// units in the last place. (Ten operations suffice; the rest covers the intersection test of a triangle
@@ -28,9 +29,11 @@ pub fn on_triangle<F: Lanes>(corners: [V3<F>; 3], u: F, v: F, direction: V3<F>) 
     let [a, b, c] = corners;
     let w = F::splat(1.0) - u - v;
     let position = a * w + b * u + c * v;
-    let geometric = facing(triangle_normal(corners), direction);
+    let (normal, narrow) = normal_and_size_if_narrow(corners);
+    let geometric = facing(normal, direction);
     let reach = a.abs() * w.abs() + b.abs() * u.abs() + c.abs() * v.abs();
-    SurfacePoint { origin: position + geometric * offset(reach), geometric, normal: geometric }
+    let away = offset(reach) + narrow * F::splat(ROUNDING);
+    SurfacePoint { origin: position + geometric * away, geometric, normal: geometric }
 }
 
 /// How far off a surface rays leave, given the magnitudes that went into the position.
@@ -43,21 +46,89 @@ pub fn offset<F: Lanes>(reach: V3<F>) -> F {
     (reach.x + reach.y + reach.z) * F::splat(ROUNDING)
 }
 
+/// Least square of the sine between a triangle's edges, scaled to a largest component of 1 (so their lengths are 1 to √3), for which
+/// f32 knows the normal to about a millionth: enough that rays 89.9999° from it leave the triangle.
+const BROAD: f32 = 1.0 / 16.0;
+
 /// Unit normal of a triangle by its winding. The edges are scaled first: products of tiny edges would
-/// underflow, and those of huge ones overflow.
+/// underflow, and those of huge ones overflow. Narrow triangles get theirs in f64; those without area, any that is perpendicular to them.
 #[inline(always)]
-pub fn triangle_normal<F: Lanes>([a, b, c]: [V3<F>; 3]) -> V3<F> {
-    let one = F::splat(1.0);
+pub fn triangle_normal<F: Lanes>(corners: [V3<F>; 3]) -> V3<F> {
+    normal_and_size_if_narrow(corners).0
+}
+
+/// [`triangle_normal`]; and for narrow triangles, by how much more than the point's own coordinates their corners count when rays leave
+/// them, 0 for others. A ray that starts at the tip of a sliver, its coordinates small, meets in a moment the weights of corners that are far away: the
+/// next intersection test errs by units in the last place of their distance.
+#[inline(always)]
+fn normal_and_size_if_narrow<F: Lanes>(corners: [V3<F>; 3]) -> (V3<F>, F) {
+    let [a, b, c] = corners;
+    let (zero, one) = (F::splat(0.0), F::splat(1.0));
     let (e1, e2) = (b - a, c - a);
-    let e1 = e1 * (one / e1.abs().max_component());
-    let e2 = e2 * (one / e2.abs().max_component());
-    e1.cross(e2).normalize()
+    let (size1, size2) = (e1.abs().max_component(), e2.abs().max_component());
+    let e1 = e1 * (one / size1);
+    let e2 = e2 * (one / size2);
+    let cross = e1.cross(e2);
+    let squared = cross.dot(cross);
+    let normal = cross * (one / squared.sqrt());
+    // Nor is a NaN greater.
+    let broad = squared.gt(F::splat(BROAD));
+    if F::all(broad) {
+        return (normal, zero);
+    }
+    (narrow_normals(corners, normal, squared), F::select(broad, zero, size1 + size2))
+}
+
+/// The normals, those of narrow triangles computed in f64. `squared` says which they are.
+#[cold]
+#[inline(never)]
+fn narrow_normals<F: Lanes>(corners: [V3<F>; 3], normals: V3<F>, squared: F) -> V3<F> {
+    /// Most lanes that there are.
+    const LANES: usize = 4;
+    let stored = |v: V3<F>| {
+        let mut columns = [[0.0f32; LANES]; 3];
+        let [x, y, z] = &mut columns;
+        v.store([x, y, z], 0);
+        columns
+    };
+    let (corners, mut normals) = (corners.map(stored), stored(normals));
+    let mut broad = [0.0; LANES];
+    squared.store(&mut broad);
+    let is_broad = |lane: usize| broad[lane] > BROAD;
+    for lane in (0..F::WIDTH).filter(|&lane| !is_broad(lane)) {
+        let corner = |columns: &[[f32; LANES]; 3]| DVec3::from(columns.map(|column| f64::from(column[lane])));
+        let normal = narrow_normal(corners.each_ref().map(corner));
+        for (column, value) in normals.iter_mut().zip(normal.to_array()) {
+            column[lane] = value as f32;
+        }
+    }
+    let [x, y, z] = &normals;
+    V3::load([x, y, z], 0)
+}
+
+fn narrow_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let across = || {
+        let edges = [b - a, c - b, a - c];
+        let longest =
+            edges.into_iter().fold(DVec3::ZERO, |x, y| if y.length_squared() > x.length_squared() { y } else { x });
+        longest.try_normalize().map_or(DVec3::Z, |along| along.any_orthonormal_vector())
+    };
+    // Differences and products of f32 are far from the ends of what f64 holds, but their squares may not be.
+    let cross = (b - a).cross(c - a);
+    let largest = cross.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { (cross / largest).normalize() } else { across() }
 }
 
 /// A point of a sphere that a ray hits at `origin + t·direction`, pulled back onto the sphere.
+///
+/// A sphere smaller than a unit in the last place of its centre may have its centre hit: the ray is turned back then.
 #[inline(always)]
 pub fn on_sphere<F: Lanes>(center: V3<F>, radius: F, hit: V3<F>, direction: V3<F>) -> SurfacePoint<F> {
-    let outward = (hit - center).normalize();
+    let from_center = hit - center;
+    let off_center = from_center.abs().max_component().gt(F::splat(0.0));
+    let outward = V3::select(off_center, from_center, -direction);
+    // Scaled first, as squares of tiny and of huge radii are out of range.
+    let outward = (outward * (F::splat(1.0) / outward.abs().max_component())).normalize();
     let geometric = facing(outward, direction);
     let position = center + outward * radius;
     let reach = center.abs() + outward.abs() * radius;
@@ -115,6 +186,70 @@ mod tests {
             let height = (o.as_dvec3() - a.as_dvec3()).dot(n.as_dvec3());
             assert!(height > 0.0 && height < 3e-5, "{height}");
         }
+    }
+
+    #[test]
+    fn narrow_triangles_have_exact_normals_and_empty_ones_any() {
+        let exact = |corners: [V3<f32>; 3]| {
+            let [a, b, c] = corners.map(|corner| glam::Vec3::from(corner).as_dvec3());
+            (b - a).cross(c - a).normalize()
+        };
+        for height in [1e-1f32, 1e-3, 1e-5, 1e-6] {
+            for tip in [0.0, 0.3, 1.0] {
+                let corners = [
+                    v(1.7, 0.3, -0.9),
+                    v(2.4, 1.1, -0.6),
+                    v(1.7 + 0.7 * tip, 0.3 + 0.8 * tip + height, -0.9 + 0.3 * tip),
+                ];
+                let normal: glam::Vec3 = triangle_normal(corners).into();
+                let error = normal.as_dvec3().distance(exact(corners));
+                assert!(error < 1e-6, "height {height}, tip {tip}: {error:e}");
+            }
+        }
+        let p = v(3.0, -2.0, 7.0);
+        for corners in [[p; 3], [p, p, v(4.0, 0.0, 1.0)], [p, v(4.0, -2.0, 7.0), v(6.0, -2.0, 7.0)]] {
+            let normal: glam::Vec3 = triangle_normal(corners).into();
+            assert!((normal.length() - 1.0).abs() < 1e-6, "{normal}");
+            let edge: glam::Vec3 = (corners[2] - corners[0]).into();
+            assert!(normal.dot(edge).abs() < 1e-5, "{normal} beside {edge}");
+        }
+    }
+
+    #[test]
+    fn four_normals_are_four_times_one() {
+        let thin = |h: f32| [v(0.1, 0.2, 0.3), v(1.4, 0.9, -0.2), v(0.8, 0.6 + h, 0.1)];
+        let four = [1.0, 1e-6, 0.1, 0.0].map(thin);
+        let lanes = |corner: usize, axis: fn(V3<f32>) -> f32| glam::Vec4::from_array(four.map(|c| axis(c[corner])));
+        let corners = [0, 1, 2].map(|c| V3::new(lanes(c, |p| p.x), lanes(c, |p| p.y), lanes(c, |p| p.z)));
+        let wide = triangle_normal(corners);
+        for (lane, &corners) in four.iter().enumerate() {
+            let one = triangle_normal(corners);
+            let same = [(wide.x, one.x), (wide.y, one.y), (wide.z, one.z)];
+            assert!(same.iter().all(|(w, o)| w[lane].to_bits() == o.to_bits()), "lane {lane}");
+        }
+    }
+
+    #[test]
+    fn spheres_smaller_than_their_coordinates_still_have_normals() {
+        let center = v(1e7, -2e7, 3e6);
+        let d = v(0.6, 0.0, -0.8);
+        let point = on_sphere(center, 1e-6, center, d);
+        assert_eq!(point.geometric, -d);
+        for radius in [1e-30, 1e-9, 1.0, 1e9, 1e25f32] {
+            let point = on_sphere(v(0.0, 0.0, 0.0), radius, v(0.0, 0.0, radius), d);
+            assert_eq!(point.geometric, v(0.0, 0.0, 1.0), "{radius:e}");
+        }
+    }
+
+    #[test]
+    fn rays_leave_the_tip_of_a_sliver_by_what_its_far_corners_err() {
+        let corners = [v(-4e8, 3e8, 1e3), v(2.0, -1.0, 0.5), v(4e8, -3e8, 2e3)];
+        let point = on_triangle(corners, 1.0, 0.0, v(0.1, 0.2, -1.0));
+        let from_tip = glam::Vec3::from(point.origin).distance(glam::Vec3::from(corners[1]));
+        assert!((ROUNDING * 4e8..ROUNDING * 3e9).contains(&from_tip), "{from_tip}");
+        // A broad one by what its own coordinates err, however large it is.
+        let point = on_triangle([v(-4e8, 3e8, 1e3), v(2.0, -1.0, 0.5), v(4e8, 3e8, 2e3)], 1.0, 0.0, v(0.1, 0.2, -1.0));
+        assert!(glam::Vec3::from(point.origin).distance(glam::Vec3::from(corners[1])) < ROUNDING * 10.0);
     }
 
     #[test]

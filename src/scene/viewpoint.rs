@@ -85,7 +85,7 @@ fn course_shown(
 /// From the scene's centre to the course's camera, unit length.
 fn course_direction(node: Option<&CameraDescription>) -> DVec3 {
     // Position + view direction: the node's matrix applied to (0, 0, −1) as a point, so its scale counts.
-    let direction = node.map_or(DVec3::Z, |node| node.to_world.transform_point3(DVec3::NEG_Z));
+    let direction = node.map_or(DVec3::Z, |node| node.to_world.transform_point3(DVec3::NEG_Z) + node.origin);
     let direction = direction.try_normalize().unwrap_or(DVec3::Z);
     if direction.x == 0.0 && direction.z == 0.0 {
         // Straight above or below, "up" has no meaning; the course, too, tilts by a hair towards +z.
@@ -224,7 +224,7 @@ mod tests {
     ) -> CameraDescription {
         let convert = DMat4::from_cols_array(&[-1., 0., 0., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 0., 0., 1.]);
         let to_world = convert * DMat4::from_cols_array(&rows).transpose();
-        CameraDescription { name: "Camera".into(), to_world, xfov, yfov, aspect_ratio }
+        CameraDescription { name: "Camera".into(), to_world, origin: DVec3::ZERO, xfov, yfov, aspect_ratio }
     }
 
     fn spheres_node() -> CameraDescription {

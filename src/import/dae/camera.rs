@@ -3,7 +3,7 @@
 use super::document::{Document, Node};
 use crate::error::Result;
 use crate::scene::description::CameraDescription;
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 /// Widest aspect ratio that is taken seriously.
 const MAX_ASPECT: f64 = 1e6;
@@ -32,6 +32,7 @@ pub(super) fn read<'a>(
     Ok(CameraDescription {
         name,
         to_world,
+        origin: DVec3::ZERO,
         xfov: between("xfov", 0.0, 180.0)?,
         yfov: between("yfov", 0.0, 180.0)?,
         aspect_ratio: between("aspect_ratio", 0.0, MAX_ASPECT)?,

@@ -33,6 +33,7 @@ mod walk;
 use crate::error::{At, Error, Note, Result};
 use crate::scene::description::SceneDescription;
 use document::Document;
+use glam::{DMat4, DVec3};
 use lines::Lines;
 use std::path::Path;
 
@@ -48,6 +49,15 @@ const MAX_XML_NODES: u32 = 1 << 23;
 /// [`Error::Import`] with line and column when the document is not well-formed XML, refers to what is not there, holds
 /// numbers that cannot be used, exceeds one of the reader's limits, or needs a feature that is not supported.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
+    parse_around(path, bytes, DVec3::ZERO)
+}
+
+/// As [`parse`], with `origin`, in the result's axes, subtracted from every position.
+///
+/// # Errors
+///
+/// As [`parse`].
+pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDescription> {
     let lines = Lines::new(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = lines.line_column(error.valid_up_to());
@@ -70,10 +80,14 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
     }
     let mut notes = Vec::new();
     asset_notes(&document, &mut notes);
-    let axes = transform::up_axis(&document)?;
+    let axes = DMat4::from_translation(DVec3::ZERO - origin) * transform::up_axis(&document)?;
     let (mut scene, lamps) = walk::walk(&document, axes, notes)?;
     lamps::count_once(&mut scene, lamps);
     scene.name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    scene.origin = origin;
+    if let Some(camera) = &mut scene.camera {
+        camera.origin = origin;
+    }
     scene.course_profile = document.has_course_profile();
     Ok(scene)
 }

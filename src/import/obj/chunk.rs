@@ -2,7 +2,7 @@
 
 use crate::import::lines::{Cursor, Fault, shown};
 use crate::import::unit_or_zero;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The normal of a corner that has none.
 pub const NO_NORMAL: u32 = u32::MAX;
@@ -93,15 +93,15 @@ pub fn count(mut cursor: Cursor) -> Counts {
     counts
 }
 
-/// Reads the lines. `before` says what earlier lines define, `total` what the whole file defines.
-pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts) -> Result<Chunk<'a>, Fault> {
+/// Reads the lines. `before` says what earlier lines define, `total` what the whole file defines; `origin` is subtracted from positions.
+pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts, origin: DVec3) -> Result<Chunk<'a>, Fault> {
     let mut chunk = Chunk::default();
     let mut coordinates = before.coordinates;
     while !cursor.finished() {
         let offset = cursor.offset();
         let event = match cursor.token() {
             Some(b"v") => {
-                let position = vec3(&mut cursor)?;
+                let position = vec3(&mut cursor, origin)?;
                 if !position.is_finite() {
                     let Vec3 { x, y, z } = position;
                     return Err(cursor.fault(format!("the vertex is at ({x}, {y}, {z})"), "finite coordinates"));
@@ -110,7 +110,7 @@ pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts) -> Result
                 None
             }
             Some(b"vn") => {
-                let normal = vec3(&mut cursor)?;
+                let normal = vec3(&mut cursor, DVec3::ZERO)?;
                 chunk.normals.push(unit_or_zero(normal));
                 None
             }
@@ -153,8 +153,9 @@ pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts) -> Result
     Ok(chunk)
 }
 
-fn vec3(cursor: &mut Cursor) -> Result<Vec3, Fault> {
-    Ok(Vec3::new(cursor.f32("x")?, cursor.f32("y")?, cursor.f32("z")?))
+fn vec3(cursor: &mut Cursor, origin: DVec3) -> Result<Vec3, Fault> {
+    let mut number = |name, origin| cursor.coordinate(name, origin);
+    Ok(Vec3::new(number("x", origin.x)?, number("y", origin.y)?, number("z", origin.z)?))
 }
 
 fn face(cursor: &mut Cursor, chunk: &mut Chunk, defined: Counts, total: Counts) -> Result<(), Fault> {

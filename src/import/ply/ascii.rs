@@ -86,6 +86,7 @@ fn vertex(cursor: &mut Cursor, task: &Task, plan: &Plan, piece: &mut Piece) -> R
     let mut values = [0.0; 6];
     for (step, property) in task.steps.iter().zip(&task.element.properties) {
         match *step {
+            Step::Keep(slot @ ..3) => values[slot] = cursor.coordinate(&property.name, plan.origin[slot])?,
             Step::Keep(slot) => values[slot] = cursor.f32(&property.name)?,
             Step::Skip => skip(cursor, &property.name)?,
             Step::Indices | Step::SkipList => skip_list(cursor, &property.name)?,

@@ -6,7 +6,7 @@ use super::header::{Header, Kind, Scalar};
 use super::plan::{Plan, Role, Step, Task};
 use crate::error::{At, Error};
 use crate::import::unit_or_zero;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::path::Path;
@@ -87,14 +87,14 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
     fn vertices(&self, table: &[u8], layout: &Vertex) -> Result<Piece, Fault> {
         let mut piece = Piece::default();
         let records = table.par_chunks_exact(layout.stride);
-        let position = |record: &[u8]| Vec3::from_array(layout.values::<BIG>(record, 0));
+        let position = |record: &[u8]| Vec3::from_array(layout.values::<BIG>(record, 0, self.plan));
         records.clone().map(position).collect_into_vec(&mut piece.positions);
         if let Some(bad) = piece.positions.par_iter().position_first(|position| !position.is_finite()) {
             let wrong = not_finite(piece.positions[bad]);
             return Err(Fault { offset: self.at + bad * layout.stride, wrong });
         }
         if self.plan.normals {
-            let normal = |record: &[u8]| unit_or_zero(Vec3::from_array(layout.values::<BIG>(record, 3)));
+            let normal = |record: &[u8]| unit_or_zero(Vec3::from_array(layout.values::<BIG>(record, 3, self.plan)));
             records.map(normal).collect_into_vec(&mut piece.normals);
         }
         Ok(piece)
@@ -154,7 +154,9 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
         let mut values = [0.0; 6];
         for (step, property) in self.task.steps.iter().zip(&self.task.element.properties) {
             match (*step, property.kind) {
-                (Step::Keep(slot), Kind::Scalar(scalar)) => values[slot] = self.scalar(scalar)? as f32,
+                (Step::Keep(slot), Kind::Scalar(scalar)) => {
+                    values[slot] = self.plan.vertex_value(slot, self.scalar(scalar)?);
+                }
                 (_, Kind::Scalar(scalar)) => {
                     self.take(1, scalar)?;
                 }
@@ -250,12 +252,13 @@ impl Vertex {
 
     /// Three values of a record.
     #[inline]
-    fn values<const BIG: bool>(&self, record: &[u8], first: usize) -> [f32; 3] {
+    fn values<const BIG: bool>(&self, record: &[u8], first: usize, plan: &Plan) -> [f32; 3] {
         [first, first + 1, first + 2].map(|slot| {
             let (offset, scalar) = self.places[slot];
             match scalar {
-                Scalar::F32 => f32::from_bits(word::<BIG>(&record[offset..])),
-                other => decode::<BIG>(other, &record[offset..]) as f32,
+                // As it stands where nothing is subtracted, payloads of NaN and all.
+                Scalar::F32 if plan.origin == DVec3::ZERO => f32::from_bits(word::<BIG>(&record[offset..])),
+                other => plan.vertex_value(slot, decode::<BIG>(other, &record[offset..])),
             }
         })
     }

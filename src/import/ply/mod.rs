@@ -15,14 +15,20 @@ use crate::error::{Error, Note, Result};
 use crate::scene::description::{MeshDescription, SceneDescription};
 use body::Body;
 use faces::Split;
+use glam::{DVec3, Vec3};
 use header::Format;
 use plan::Plan;
 use std::path::Path;
 
 /// Reads a PLY file. `path` is for messages and the name.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
+    parse_around(path, bytes, DVec3::ZERO)
+}
+
+/// As [`parse`], with `origin` subtracted from every position.
+pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDescription> {
     let header = header::read(path, bytes)?;
-    let plan = Plan::new(path, &header)?;
+    let plan = Plan::new(path, &header, origin)?;
     let body = match header.format {
         Format::Ascii => ascii::read(path, bytes, &header, &plan),
         Format::Little => binary::read::<false>(path, bytes, &header, &plan),
@@ -40,6 +46,12 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
         let what = "no triangle is left, so nothing to render";
         return Err(Error::expected(path, plan.at, what, "a face with three different vertices"));
     }
+    if origin != DVec3::ZERO && header.format != Format::Ascii && plan.is_single() {
+        let (low, high) =
+            positions.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        let lost = super::recentre::lost(origin, f64::from((high - low).max_element()));
+        notes.push(Note::warning(format!("{}: {lost}", path.display())));
+    }
     let mesh = MeshDescription {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         at: plan.at,
@@ -50,6 +62,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
     };
     Ok(SceneDescription {
         name: super::file_name(path),
+        origin,
         meshes: vec![mesh],
         materials: vec![super::default_material()],
         notes,

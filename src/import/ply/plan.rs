@@ -1,7 +1,8 @@
 //! What to do with each element and property: found once from the header, followed for every record.
 
-use super::header::{Element, Header, Kind};
+use super::header::{Element, Header, Kind, Scalar};
 use crate::error::{At, Error, Result};
+use glam::DVec3;
 use std::path::Path;
 
 /// What to do with a property.
@@ -43,14 +44,16 @@ pub struct Plan<'a> {
     pub vertices: u32,
     /// The vertices carry normals.
     pub normals: bool,
+    /// What is subtracted from positions.
+    pub origin: DVec3,
     /// Where the faces are declared.
     pub at: At,
 }
 
 impl<'a> Plan<'a> {
     /// Finds vertices and faces among the elements.
-    pub fn new(path: &Path, header: &'a Header) -> Result<Self> {
-        let mut plan = Plan { tasks: Vec::new(), vertices: 0, normals: false, at: At::File };
+    pub fn new(path: &Path, header: &'a Header, origin: DVec3) -> Result<Self> {
+        let mut plan = Plan { tasks: Vec::new(), vertices: 0, normals: false, origin, at: At::File };
         let (mut vertices, mut faces, mut strips) = (None, None, None);
         for element in &header.elements {
             let (role, seen) = match element.name.as_str() {
@@ -90,6 +93,19 @@ impl<'a> Plan<'a> {
             return Err(Error::expected(path, at, "there are no faces, so nothing to render", "“element face COUNT”"));
         }
         Ok(plan)
+    }
+
+    /// `value` of the number in slot `slot` of a vertex, rounded once; less the origin if it is a coordinate.
+    #[inline]
+    pub fn vertex_value(&self, slot: usize, value: f64) -> f32 {
+        if slot < 3 { (value - self.origin[slot]) as f32 } else { value as f32 }
+    }
+
+    /// Whether a binary file states coordinates in single precision.
+    pub fn is_single(&self) -> bool {
+        let vertices = self.tasks.iter().filter(|task| task.role == Role::Vertices);
+        let mut properties = vertices.flat_map(|task| task.steps.iter().zip(&task.element.properties));
+        properties.any(|(step, property)| matches!((step, property.kind), (Step::Keep(..3), Kind::Scalar(Scalar::F32))))
     }
 }
 

@@ -128,6 +128,10 @@ impl Block {
                 let [x, y, z] = direction;
                 self.spheres[self.sphere_count] = (i as u32, origin + V3::new(x, y, z) * hits.t[row]);
                 self.sphere_count += 1;
+                // The triangle code computes along: a triangle that gives it no trouble.
+                for (corner, position) in self.corners.iter_mut().zip([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]) {
+                    put(corner, i, position);
+                }
             }
         }
     }

@@ -1,0 +1,184 @@
+//! Paths inside closed meshes: every ray must hit something, and never what it left.
+//!
+//! A ray that hits nothing is judged by the number of times that the mesh winds round its origin, which is cheap only because it is rare: if the
+//! origin lies inside, farther from the surface than the bound, the mesh leaks.
+
+use super::judged::{departing, leave};
+use super::oracle::{BOUND, distance, truthful, winding};
+use super::scenes::{Aim, Place, aimed, place_solid, target, towards};
+use super::solids::Solid;
+use super::subjects::{self, Subject};
+use super::tally::{Row, Tally};
+use crate::common::rays::Random;
+use comber::bench::rays::Rays;
+use comber::bvh::ray::{Hit, MISS, Ray};
+use comber::peer::embree::library::Device;
+use comber::scene::shapes::Shapes;
+use glam::Vec3;
+use std::sync::Arc;
+
+/// Most paths that advance together.
+const PATHS: u64 = 2048;
+/// Steps that paths make at least, rather than being many.
+const STEPS: u64 = 8;
+/// Rays of a path before it starts anew, on average.
+const LENGTH: usize = 16;
+/// Batches between those that are asked for any hit as well.
+const ANY: usize = 4;
+
+/// About `count` rays of each subject that `choose` takes, by number.
+pub fn cell(solid: &Solid, at: Place, count: u64, seed: u64, subjects: impl Fn(&Shapes) -> Vec<Subject>) -> Vec<Row> {
+    let shapes = place_solid(solid, at);
+    let all = shapes.positions.iter();
+    let (low, high) = all.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+    let row = |subject: Subject| {
+        let mut walk = Walk {
+            solid,
+            at,
+            shapes: &shapes,
+            low,
+            high,
+            random: Random(seed ^ (subject.number() as u64) << 56),
+            tally: Tally::default(),
+        };
+        walk.run(&subject, count);
+        Row {
+            case: solid.name,
+            scale: at.scale,
+            distance: at.distance,
+            subject: subject.number(),
+            walk: false,
+            tally: walk.tally,
+        }
+    };
+    subjects(&shapes).into_iter().map(row).collect()
+}
+
+/// All subjects.
+pub fn everyone(embree: Option<&Arc<Device>>) -> impl Fn(&Shapes) -> Vec<Subject> {
+    move |shapes| subjects::all(shapes, embree)
+}
+
+/// comber's watertight test, on nodes of both formats.
+pub fn watertight(shapes: &Shapes) -> Vec<Subject> {
+    [0, 1].into_iter().filter_map(|number| subjects::comber(shapes, number)).collect()
+}
+
+struct Walk<'a> {
+    solid: &'a Solid,
+    at: Place,
+    shapes: &'a Shapes,
+    /// The box around the mesh.
+    low: Vec3,
+    high: Vec3,
+    random: Random,
+    tally: Tally,
+}
+
+impl Walk<'_> {
+    fn run(&mut self, subject: &Subject, count: u64) {
+        // What each path left: nothing at first.
+        let mut paths: Vec<(Ray, u32)> = (0..PATHS.min(count.div_ceil(STEPS))).map(|_| self.start()).collect();
+        // Not the same kernels first in every cell.
+        let mut turn = self.random.below(1 << 16);
+        while self.tally.rays < count {
+            let mut rays = Rays::default();
+            paths.iter().for_each(|(ray, _)| rays.push(*ray));
+            let hits = subject.closest(&rays, self.shapes, turn);
+            self.tally.rays += paths.len() as u64;
+            self.tally.traced += paths.len() as u64;
+            if turn.is_multiple_of(ANY) {
+                self.tally.traced += paths.len() as u64;
+                for (hit, occluded) in hits.iter().zip(subject.any(&rays, turn / ANY)) {
+                    self.tally.misses += u64::from(hit.is_some() && !occluded);
+                }
+            }
+            for (path, hit) in paths.iter_mut().zip(&hits) {
+                *path = self.settle(*path, hit, || subject.kernel(turn));
+            }
+            turn += 1;
+        }
+    }
+
+    /// Judges a ray, and gives the next of its path.
+    fn settle(&mut self, (ray, from): (Ray, u32), hit: &Hit, kernel: impl Fn() -> String) -> (Ray, u32) {
+        self.tally.left += u64::from(from != MISS);
+        if !hit.is_some() {
+            self.nothing(&ray, from, kernel);
+            return self.start();
+        }
+        let tally = &mut self.tally;
+        if hit.prim == from {
+            tally.self_hits += 1;
+            tally.fail(|| format!("self-hit: {}: {ray:?} {hit:?}", kernel()));
+            return self.start();
+        }
+        if !truthful(&ray, hit.t, self.shapes, hit.prim) {
+            tally.false_hits += 1;
+            tally.fail(|| format!("false hit: {}: {ray:?} {hit:?}", kernel()));
+        }
+        if self.random.below(LENGTH) == 0 {
+            return self.start();
+        }
+        let point = leave(self.shapes, &ray, hit);
+        let (origin, normal): (Vec3, Vec3) = (point.origin.into(), point.geometric.into());
+        if self.random.below(3) == 0 {
+            // On to a vertex or an edge, exactly as rounded.
+            let aim = [Aim::Vertex, Aim::Edge, Aim::Interior][self.random.below(3)];
+            let corners = self.shapes.corners(self.random.below(self.shapes.triangles.len()) as u32);
+            let next = towards(origin.as_dvec3(), target(corners, aim, &mut self.random));
+            if let Some(next) = next.filter(|ray| ray.direction.dot(normal) > 0.0 && ray.is_traceable()) {
+                return (next, hit.prim);
+            }
+        }
+        match departing(&point, &mut self.random) {
+            Some(next) => (next, hit.prim),
+            None => self.start(),
+        }
+    }
+
+    /// A ray that hit nothing: a miss, unless its origin is not inside.
+    fn nothing(&mut self, ray: &Ray, from: u32, kernel: impl Fn() -> String) {
+        // Most that are outside are so beyond the box.
+        let boxed = (ray.origin.cmpgt(self.low) & ray.origin.cmplt(self.high)).all();
+        let winding = if boxed { winding(ray.origin, self.shapes) } else { 0.0 };
+        let near = |prim: u32| {
+            distance(ray.origin.as_dvec3(), self.shapes.corners(prim)) <= BOUND * self.at.scale.max(reach(ray.origin))
+        };
+        // Not a number where the origin lies on the surface.
+        let inside = winding.abs() > 0.5;
+        if !inside {
+            self.tally.outside += 1;
+        } else if (0..self.shapes.triangles.len() as u32).any(near) {
+            self.tally.grazed += 1;
+        } else {
+            self.tally.misses += 1;
+            self.tally.fail(|| format!("miss: {}: {ray:?} from {from}, winding {winding}", kernel()));
+        }
+    }
+
+    /// A ray from inside: anywhere, at a vertex, at an edge, or along an axis.
+    fn start(&mut self) -> (Ray, u32) {
+        loop {
+            let origin = self.at.put(self.solid.inside(&mut self.random));
+            let ray = match self.random.below(6) {
+                0 => towards(origin, origin + self.random.vector().as_dvec3() * self.at.scale),
+                1 => aimed(self.shapes, Aim::Axes, self.at, &mut self.random)
+                    .map(|ray| Ray::new(origin.as_vec3(), ray.direction)),
+                kind => {
+                    let aim = [Aim::Vertex, Aim::Edge, Aim::Edge, Aim::Interior][kind - 2];
+                    let corners = self.shapes.corners(self.random.below(self.shapes.triangles.len()) as u32);
+                    towards(origin, target(corners, aim, &mut self.random))
+                }
+            };
+            if let Some(ray) = ray.filter(Ray::is_traceable) {
+                return (ray, MISS);
+            }
+        }
+    }
+}
+
+/// The sum of the magnitudes of a point's coordinates.
+fn reach(p: Vec3) -> f64 {
+    p.as_dvec3().abs().element_sum()
+}

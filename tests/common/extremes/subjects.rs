@@ -1,0 +1,131 @@
+//! Who is judged: comber's triangle tests and node formats, through every kernel in turn, and Embree's two modes.
+
+use super::exact::{edge_sign, triple};
+use crate::common::rays::kernels;
+use comber::bench::rays::Rays;
+use comber::bvh::ray::{Hit, MISS, Ray};
+use comber::bvh::{Accel, HitColumnsMut, Query, Traversal};
+use comber::options::{AccelOptions, Intersection, NodeFormat};
+use comber::peer::embree::library::{self, Device};
+use comber::peer::embree::modes::Mode;
+use comber::peer::embree::scene::{Quality, Tree};
+use comber::peer::embree::trace::Tracer;
+use comber::scene::shapes::Shapes;
+use comber::simd::Tier;
+use std::sync::Arc;
+
+/// Names, as the tables have them. Compact nodes with the fast test are refused by comber itself.
+pub const NAMES: [&str; 5] = ["watertight, full", "watertight, compact", "fast, full", "Embree robust", "Embree fast"];
+
+/// How many of [`NAMES`] are comber's.
+pub const OWN: usize = 3;
+
+/// A tracer of one scene.
+pub enum Subject {
+    Comber { number: usize, accel: Accel, kernels: Vec<(Traversal, Tier)> },
+    Embree { number: usize, tree: Tree, modes: Vec<Mode> },
+}
+
+/// The first Embree that is installed; `None`, with a word, if there is none.
+pub fn embree() -> Option<Arc<Device>> {
+    let device = library::find(None).and_then(|found| Device::open(&found[0], 1, None));
+    device.map_err(|why| println!("Embree is left out: {why}")).ok()
+}
+
+/// A tree of `shapes`; `None` where compact nodes cannot hold the scene, which comber says when they are asked for.
+pub fn comber(shapes: &Shapes, number: usize) -> Option<Subject> {
+    let (intersection, nodes) = [
+        (Intersection::Watertight, NodeFormat::Full),
+        (Intersection::Watertight, NodeFormat::Compact),
+        (Intersection::Fast, NodeFormat::Full),
+    ][number];
+    let accel = Accel::build(shapes, &AccelOptions { intersection, nodes, ..AccelOptions::default() });
+    accel.ok().map(|accel| Subject::Comber { number, accel, kernels: kernels() })
+}
+
+/// All that can trace `shapes`.
+pub fn all(shapes: &Shapes, embree: Option<&Arc<Device>>) -> Vec<Subject> {
+    let own = (0..OWN).filter_map(|number| comber(shapes, number));
+    let peers = embree.into_iter().flat_map(|device| {
+        [(OWN, true), (OWN + 1, false)].map(|(number, robust)| {
+            let tree = Tree::build(device, shapes, Quality::Medium, robust).expect("Embree builds a small tree");
+            Subject::Embree { number, tree, modes: Mode::all(device, 256) }
+        })
+    });
+    own.chain(peers).collect()
+}
+
+impl Subject {
+    /// Which of [`NAMES`].
+    pub fn number(&self) -> usize {
+        match self {
+            Subject::Comber { number, .. } | Subject::Embree { number, .. } => *number,
+        }
+    }
+
+    /// The kernel that traces batch `turn`, for messages.
+    pub fn kernel(&self, turn: usize) -> String {
+        match self {
+            Subject::Comber { kernels, .. } => {
+                let (way, tier) = kernels[turn % kernels.len()];
+                format!("{}, {}", way.name(), tier.name())
+            }
+            Subject::Embree { modes, .. } => modes[turn % modes.len()].to_string(),
+        }
+    }
+
+    /// The closest hits of a batch, by the kernel whose turn it is.
+    pub fn closest(&self, rays: &Rays, shapes: &Shapes, turn: usize) -> Vec<Hit> {
+        let n = rays.len();
+        match self {
+            Subject::Comber { accel, kernels, .. } => {
+                let (way, tier) = kernels[turn % kernels.len()];
+                let [mut t, mut u, mut v] = [(); 3].map(|()| vec![0.0; n]);
+                let [mut prim, mut geom] = [(); 2].map(|()| vec![0; n]);
+                let hits = HitColumnsMut { t: &mut t, u: &mut u, v: &mut v, prim: &mut prim, geom: &mut geom };
+                accel.closest_hits(way, tier, rays.all(), hits);
+                (0..n).map(|i| Hit { t: t[i], u: u[i], v: v[i], prim: prim[i], geom: geom[i] }).collect()
+            }
+            Subject::Embree { tree, modes, .. } => {
+                let mut tracer = Tracer::new(tree, Query::Closest, modes[turn % modes.len()], n);
+                let found = tracer.closest_hits(rays.all());
+                let hit = |(row, (t, prim)): (usize, (f32, u32))| {
+                    let [u, v] = weights(&rays.all().ray(row), shapes, prim);
+                    Hit { t, u, v, prim, geom: prim.min(0) }
+                };
+                found.into_iter().enumerate().map(hit).collect()
+            }
+        }
+    }
+
+    /// Whether each ray of a batch hits anything, by the kernel whose turn it is.
+    pub fn any(&self, rays: &Rays, turn: usize) -> Vec<bool> {
+        match self {
+            Subject::Comber { accel, kernels, .. } => {
+                let (way, tier) = kernels[turn % kernels.len()];
+                let mut occluded = vec![false; rays.len()];
+                accel.any_hits(way, tier, rays.all(), &mut occluded);
+                occluded
+            }
+            Subject::Embree { tree, modes, .. } => {
+                Tracer::new(tree, Query::Any, modes[turn % modes.len()], rays.len()).any_hits(rays.all())
+            }
+        }
+    }
+}
+
+/// The weights of a triangle's second and third corner where a ray truly crosses it, or nearly does.
+fn weights(ray: &Ray, shapes: &Shapes, prim: u32) -> [f32; 2] {
+    if prim == MISS || prim as usize >= shapes.triangles.len() {
+        return [0.0; 2];
+    }
+    let corners = shapes.corners(prim);
+    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let volume = |p: usize, q: usize| match edge_sign(ray.origin, ray.direction, corners[p], corners[q]) {
+        0 => 0.0,
+        _ => triple(d, corners[p].as_dvec3() - o, corners[q].as_dvec3() - o).0,
+    };
+    let volumes = [volume(1, 2), volume(2, 0), volume(0, 1)];
+    let sum: f64 = volumes.iter().sum();
+    [1, 2].map(|corner| (volumes[corner] / sum).clamp(0.0, 1.0) as f32)
+}
