@@ -207,9 +207,20 @@ fn formats_meet() {
 /// Two renders with other random numbers differ as their standard errors say, and a picture that is 2 % brighter by more.
 #[test]
 fn noise_is_told_from_bias() {
+    told("--sampler independent");
+}
+
+/// So do renders by points that avoid each other, if they come in sequences that do not.
+#[test]
+fn replicates_make_standard_errors_right() {
+    told("--replicates 128");
+}
+
+fn told(sampler: &str) {
     let dir = tempfile::tempdir().unwrap();
     for seed in [1, 2] {
-        let arguments = format!("render proc:torus,tris=2k -r 48 36 -s 1024 -m 2 --seed {seed} -o {seed}.exr -q");
+        let arguments =
+            format!("render proc:torus,tris=2k -r 48 36 -s 1024 -m 2 {sampler} --seed {seed} -o {seed}.exr -q");
         expect(dir.path(), &arguments, 0);
     }
     let json = figures(dir.path(), "1.exr 2.exr");

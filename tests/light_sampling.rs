@@ -39,7 +39,9 @@ fn p_value(counts: &[u32], expected: &[f64], what: &str) -> f64 {
         chi2 += (rest.0 - rest.1).powi(2) / rest.1;
         cells += 1;
     } else {
-        assert!(rest.0 <= 40.0, "{what}: {} samples where {} are expected", rest.0, rest.1);
+        // Points near the edge of a cell may fall into it where midpoints do not: two in a thousand at most.
+        let all = f64::from(counts.iter().sum::<u32>());
+        assert!(rest.0 <= 0.002 * all, "{what}: {} samples where {} are expected", rest.0, rest.1);
     }
     if cells < 2 {
         // Nothing varies.
@@ -77,13 +79,13 @@ fn lights() -> Vec<(&'static str, Light)> {
     ]
 }
 
-/// Above, beside, near, far, behind. Closer to the plane than these, midpoints do not resolve the density of area sampling.
+/// Above, beside, near, far, nearly in the plane, behind.
 const POINTS: [Vec3; 8] = [
     Vec3::new(0.1, -1.0, 0.2),
     Vec3::new(2.0, -0.7, -1.5),
     Vec3::new(0.2, -0.05, -0.1),
-    Vec3::new(0.1, -0.02, 0.15),
-    Vec3::new(1.4, -0.2, 0.3),
+    Vec3::new(0.1, -0.004, 0.15),
+    Vec3::new(1.4, -0.06, 0.3),
     Vec3::new(3.0, -40.0, 12.0),
     Vec3::new(0.0, -900.0, 30.0),
     Vec3::new(0.3, 1.0, 0.1),
@@ -183,6 +185,39 @@ impl Cap {
     }
 }
 
+/// The integral of a density over each cell of `cap`: by midpoints of the light's surface, dω = cos / r² dA, which however narrow
+/// a light is seen stay on it; spheres by midpoints of directions.
+fn integrals(light: &Light, cap: &Cap, from: Vec3, density: impl Fn(V3<f32>) -> f64) -> Vec<f64> {
+    const FINE: u32 = 1200;
+    let (corner, u, v, half) = match &light.shape {
+        LightShape::Sphere(_) => return cap.integrals(density),
+        LightShape::Parallelogram(p) => (p.corner, p.side_u, p.side_v, false),
+        LightShape::Mesh(mesh) => {
+            let [a, b, c] = mesh.triangles[0].corners;
+            (a, b - a, c - a, true)
+        }
+    };
+    let [corner, u, v, from] = [corner, u, v, from].map(|x| x.as_dvec3());
+    let normal = u.cross(v);
+    let share = 1.0 / f64::from(FINE * FINE);
+    let mut cells = vec![0.0; Cap::RINGS * Cap::SECTORS];
+    for (i, j) in (0..FINE).flat_map(|i| (0..FINE).map(move |j| (i, j))) {
+        let (s, t) = ((f64::from(i) + 0.5) / f64::from(FINE), (f64::from(j) + 0.5) / f64::from(FINE));
+        if half && s + t > 1.0 {
+            continue;
+        }
+        let way = corner + u * s + v * t - from;
+        let squared = way.length_squared();
+        let direction = way / squared.sqrt();
+        let solid_angle = direction.dot(normal).abs() / squared * share;
+        let direction = V3::from(direction.as_vec3());
+        if let Some(cell) = cap.cell(direction) {
+            cells[cell] += density(direction) * solid_angle;
+        }
+    }
+    cells
+}
+
 #[test]
 fn points_on_lights_follow_their_densities() {
     const SAMPLES: u32 = 60_000;
@@ -222,20 +257,13 @@ fn points_on_lights_follow_their_densities() {
                         assert!((ratio - 1.0).abs() < near, "{what}: sampled {}, claimed {pdf}", sample.pdf);
                     }
                 }
-                let expected = cap.integrals(density);
+                let expected = integrals(&light, &cap, point, density);
                 let whole: f64 = expected.iter().sum();
-                // A light that is seen nearly edge on is narrower than the finer cells.
+                // A density that rises steeply, next to a light, is coarsely integrated.
                 if (whole - 1.0).abs() > 0.02 {
                     assert!((whole - 1.0).abs() < 0.15, "{what}: the density integrates to {whole}");
                     narrow.push(format!("{what}: {whole:.3}"));
                     continue;
-                }
-                if what.starts_with("triangle from [1.4") {
-                    for (c, (n, e)) in counts.iter().zip(&expected).enumerate() {
-                        if *e * 60000. < 8. && *n > 0 {
-                            println!("DBG {what} cell {c} ring {} sector {} count {n} expected {e}", c / 16, c % 16);
-                        }
-                    }
                 }
                 let drawn: u32 = counts.iter().sum();
                 let expected: Vec<_> = expected.iter().map(|e| e / whole * f64::from(drawn)).collect();

@@ -62,11 +62,11 @@ fn estimate(value: &Value, number_of: usize, name: &str) -> [f64; 2] {
 #[test]
 fn variance_is_that_of_a_long_render() {
     let dir = with_scene();
-    expect(dir.path(), "render box.dae -r 40 30 -s 2048 --seed 5 -o long.exr -q", 0);
+    expect(dir.path(), "render box.dae -r 40 30 -s 2048 --sampler independent --seed 5 -o long.exr -q", 0);
     let long = exr_output::read(&dir.path().join("long.exr")).unwrap();
     let of_mean: Vec<f64> = long.variance.unwrap().iter().flatten().map(|&v| f64::from(v)).collect();
     let of_one = 2048.0 * of_mean.iter().sum::<f64>() / of_mean.len() as f64;
-    let found = trade(dir.path(), "box.dae --vary samples=1,8 --reference long.exr --runs 48");
+    let found = trade(dir.path(), "box.dae --sampler independent --vary samples=1,8 --reference long.exr --runs 48");
     for (index, samples) in [1.0, 8.0].into_iter().enumerate() {
         let [variance, error] = estimate(&found, index, "variance");
         let z = (variance - of_one / samples) / error;

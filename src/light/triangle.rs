@@ -7,8 +7,9 @@
 use crate::sampling::angle::{angle_of, sin_cos};
 use crate::sampling::lanes::V3;
 
-/// Solid angles (sr) above which edges are nearly half circles, which two corners no longer determine.
-const LARGEST: f32 = 6.22;
+/// Solid angles (sr) above which edges are nearly half circles, which two corners no longer determine: seen from 0.004 above a triangle
+/// of size 1, 6.2 sr, directions did not follow the density (χ²).
+const LARGEST: f32 = 6.0;
 
 /// Numerator and denominator of the arc tangent that together are smaller than this, for points next to an edge, have lost
 /// too many digits.

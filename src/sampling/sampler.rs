@@ -166,21 +166,20 @@ fn numbers<const ROWS: usize, const N: usize>(
     for (n, out) in out.iter_mut().enumerate() {
         if n % 2 == 0 {
             let salt = if n == 0 { salt(dimension / GROUP, 5) } else { salt(dimension, 4) };
-            for i in 0..ROWS {
-                index[i] = shuffle(place.index[i], mix(place.key[i].wrapping_add(salt)));
+            for (index, (&at, &key)) in index.iter_mut().zip(place.index.iter().zip(&place.key)) {
+                *index = shuffle(at, mix(key.wrapping_add(salt)));
             }
         }
         let column = if n < 2 { (2 * (dimension % GROUP)) as usize + n } else { n - 2 };
         let mut reversed = [0u32; ROWS];
         for (k, &direction) in sobol::DIRECTIONS[column].iter().enumerate().take(bits as usize) {
-            for i in 0..ROWS {
-                reversed[i] ^= sobol::term(index[i], k as u32, direction);
+            for (reversed, &index) in reversed.iter_mut().zip(&index) {
+                *reversed ^= sobol::term(index, k as u32, direction);
             }
         }
         let salt = salt(dimension, n as u32);
-        for i in 0..ROWS {
-            let key = mix(place.key[i].wrapping_add(salt));
-            out[i] = to_unit(sobol::scramble(reversed[i], key).reverse_bits());
+        for (out, (&reversed, &key)) in out.iter_mut().zip(reversed.iter().zip(&place.key)) {
+            *out = to_unit(sobol::scramble(reversed, mix(key.wrapping_add(salt))).reverse_bits());
         }
     }
 }

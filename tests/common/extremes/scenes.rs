@@ -23,11 +23,14 @@ pub enum Aim {
     Sphere,
 }
 
+/// Triangles, and spheres by centre and radius.
+pub type Loose = (Vec<[DVec3; 3]>, Vec<(DVec3, f64)>);
+
 /// A case of the grid: a name, shapes of size 1, and how rays are aimed.
 pub struct Case {
     pub name: &'static str,
     pub aim: Aim,
-    pub make: fn(&mut Random) -> (Vec<[DVec3; 3]>, Vec<(DVec3, f64)>),
+    pub make: fn(&mut Random) -> Loose,
 }
 
 /// Those of loose triangles and spheres; [`super::solids`] has the closed meshes.

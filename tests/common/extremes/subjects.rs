@@ -22,7 +22,7 @@ pub const OWN: usize = 3;
 
 /// A tracer of one scene.
 pub enum Subject {
-    Comber { number: usize, accel: Accel, kernels: Vec<(Traversal, Tier)> },
+    Comber { number: usize, accel: Box<Accel>, kernels: Vec<(Traversal, Tier)> },
     Embree { number: usize, tree: Tree, modes: Vec<Mode> },
 }
 
@@ -40,7 +40,7 @@ pub fn comber(shapes: &Shapes, number: usize) -> Option<Subject> {
         (Intersection::Fast, NodeFormat::Full),
     ][number];
     let accel = Accel::build(shapes, &AccelOptions { intersection, nodes, ..AccelOptions::default() });
-    accel.ok().map(|accel| Subject::Comber { number, accel, kernels: kernels() })
+    accel.ok().map(|accel| Subject::Comber { number, accel: Box::new(accel), kernels: kernels() })
 }
 
 /// All that can trace `shapes`.
@@ -91,7 +91,7 @@ impl Subject {
                 let found = tracer.closest_hits(rays.all());
                 let hit = |(row, (t, prim)): (usize, (f32, u32))| {
                     let [u, v] = weights(&rays.all().ray(row), shapes, prim);
-                    Hit { t, u, v, prim, geom: prim.min(0) }
+                    Hit { t, u, v, prim, geom: 0 }
                 };
                 found.into_iter().enumerate().map(hit).collect()
             }
