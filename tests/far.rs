@@ -246,7 +246,8 @@ fn info_tells_and_cameras_are_given_in_the_files_coordinates() {
 /// So far away that single precision puts all of a scene into one point, the first reading knows where that is.
 #[test]
 fn scenes_that_single_precision_collapses_are_found_again() {
-    let makes: [(&str, fn(DVec3) -> Vec<u8>); 3] = [("knot.obj", obj), ("ascii.ply", ascii_ply), ("room.dae", dae)];
+    type Make = fn(DVec3) -> Vec<u8>;
+    let makes: [(&str, Make); 3] = [("knot.obj", obj), ("ascii.ply", ascii_ply), ("room.dae", dae)];
     for (name, make) in makes {
         let (here, moved) = (load(name, &make(DVec3::ZERO)), load(name, &make(offset(1e10))));
         assert!(moved.origin.distance(moved_by(name, 1e10)) <= extent(&here), "{name}: {}", moved.origin);

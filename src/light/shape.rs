@@ -85,7 +85,7 @@ impl Parallelogram {
         towards(from, point, V3::splat(self.normal), F::splat(self.offset), F::splat(self.area))
     }
 
-    /// A point, uniform by solid angle where the rule of [`Parallelogram::seen`] says so.
+    /// A point, uniform by solid angle where the rule of `seen` says so.
     #[inline(always)]
     pub fn sample_solid_angle<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
         let Some((seen, by_solid_angle)) = self.seen(from) else { return self.sample_area(from, u, v) };
@@ -188,7 +188,7 @@ impl EmissiveMesh {
 }
 
 impl EmissiveTriangle {
-    /// A point, uniform by area or, where the rule of [`EmissiveTriangle::seen`] says so, by solid angle.
+    /// A point, uniform by area or, where the rule of `seen` says so, by solid angle.
     #[inline(always)]
     pub fn sample(&self, from: V3<f32>, u: f32, v: f32, how: LightSampling) -> LightSample<f32> {
         let [a, b, c] = self.corners.map(V3::from);
