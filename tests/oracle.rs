@@ -2,7 +2,9 @@
 
 mod common;
 
-use comber::options::{Adaptive, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette};
+use comber::options::{
+    Adaptive, Area, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette, Sampler, Tests, Trust,
+};
 use common::{Ready, assert_same, own_scenes};
 
 fn small() -> RenderOptions {
@@ -76,5 +78,25 @@ fn adaptive_sampling_agrees_to_the_bit() {
         check(&ready, &options, &format!("{confidence:?}"));
         let counts = ready.render(&options).picture.sample_count.expect("counts");
         assert!(counts.iter().any(|&n| n < 100) && counts.contains(&100), "some pixels retire early, some never");
+    }
+}
+
+/// Every rule, by samples and by sequences: waves and reference stop the same halves of the same pixels.
+#[test]
+fn every_adaptive_rule_agrees_to_the_bit() {
+    let ready = Ready::course(&common::own("cornell_spheres.dae"), Normals::Flat);
+    for (area, trust, tests) in [
+        (Area::Tile, Trust::Once, Tests::Batches),
+        (Area::Tile, Trust::Halves, Tests::Doubling),
+        (Area::Pixel, Trust::Twice, Tests::Batches),
+        (Area::Pixel, Trust::Halves, Tests::Batches),
+        (Area::Pixel, Trust::Once, Tests::Doubling),
+    ] {
+        for (sampler, replicates) in [(Sampler::Independent, 1), (Sampler::Sobol, 8), (Sampler::BlueNoise, 4)] {
+            let rule = Adaptive { batch: 16, tolerance: 0.3, area, trust, tests, ..Adaptive::COURSE };
+            let options =
+                RenderOptions { adaptive: Some(rule), samples: 96, aovs: true, sampler, replicates, ..small() };
+            check(&ready, &options, &format!("{area:?} {trust:?} {tests:?} {sampler:?}"));
+        }
     }
 }

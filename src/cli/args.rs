@@ -315,8 +315,8 @@ pub struct SamplingArgs {
     #[arg(short, long, visible_alias = "spp", value_name = "N", default_value_t = 64,
           value_parser = whole(1, MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: u32,
-    /// Adaptive sampling: after every BATCH samples, stop sampling pixels whose 95 % confidence interval has a
-    /// half-width of at most TOLERANCE times the mean.
+    /// Adaptive sampling: after every BATCH samples, stop sampling tiles of 16 by 16 pixels (with --adaptive-area pixel,
+    /// pixels) whose 95 % confidence interval has a half-width of at most TOLERANCE times the mean.
     #[arg(short, long, num_args = 2, value_names = ["BATCH", "TOLERANCE"], action = ArgAction::Set,
           allow_negative_numbers = true)]
     pub adaptive: Option<Vec<String>>,
@@ -329,7 +329,8 @@ pub struct SamplingArgs {
     /// With -a, which test is believed [default: once].
     #[arg(long, value_name = "WHICH", requires = "adaptive", value_parser = choice(TRUSTS))]
     pub adaptive_trust: Option<Trust>,
-    /// With -a, what stops together [default: pixel].
+    /// With -a, what stops together: pixels by themselves stop where luck has it, and are too dark by up to 7 % where light
+    /// is rare [default: tile].
     #[arg(long, value_name = "WHAT", requires = "adaptive", value_parser = choice(AREAS))]
     pub adaptive_area: Option<Area>,
     /// With -a, no pixel stops with fewer samples [default: BATCH, at least 2].

@@ -386,7 +386,7 @@ fn replicates(args: &SamplingArgs) -> Result<u32> {
 }
 
 /// Sequences a pixel where adaptive sampling has to judge by them and nothing is said.
-const ADAPTIVE_REPLICATES: u32 = 16;
+pub(super) const ADAPTIVE_REPLICATES: u32 = 16;
 
 /// `-a BATCH TOLERANCE` and what goes with it.
 fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptive>> {
@@ -473,6 +473,7 @@ pub fn view(args: &CameraArgs, notes: &mut Vec<Note>) -> Result<(ViewRequest, Op
 mod tests {
     use super::*;
     use crate::cli::args::{Cli, Command};
+    use crate::options::Area;
     use crate::options::Roulette;
     use clap::Parser as _;
     use glam::DVec3;
@@ -524,6 +525,7 @@ mod tests {
             tolerance: 0.05,
             confidence: Default::default(),
             min_samples: 16,
+            area: Area::Tile,
             ..Adaptive::COURSE
         };
         assert_eq!(options.adaptive, Some(adaptive));
@@ -546,7 +548,7 @@ mod tests {
         let adaptive = |line: &str| resolve(line).unwrap().options.adaptive.unwrap();
         assert_eq!(adaptive("-a 1 0.1").min_samples, 2, "one sample has no variance");
         let course = Adaptive { batch: 8, tolerance: 0.1, min_samples: 4, ..Adaptive::COURSE };
-        assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4"), course);
+        assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4 --adaptive-area pixel"), course);
         assert_eq!(resolve("-s 8 -a 8 0.1").unwrap().notes.len(), 1, "it has no effect");
         assert_eq!(resolve("-s 9 -a 8 0.1").unwrap().notes.len(), 0);
         assert!(refused("-s 8 -a 4 0.1 --min-samples 9").contains("9"));

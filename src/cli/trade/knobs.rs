@@ -3,9 +3,10 @@
 use super::args::Variation;
 use crate::cli::args::{AREAS, CONFIDENCES, DIRECTS, INTERSECTIONS, LIGHT_SAMPLINGS, LIGHT_SELECTIONS, MAX_SAMPLES};
 use crate::cli::args::{NODE_FORMATS, QUALITIES, SAMPLERS, TESTS, TRUSTS};
+use crate::cli::resolve::ADAPTIVE_REPLICATES;
 use crate::cli::values::{self, chosen, whole_in};
 use crate::error::{Error, Result};
-use crate::options::{Accel, Adaptive, Confidence, Intersection, NodeFormat, RenderOptions};
+use crate::options::{Accel, Adaptive, Area, Confidence, Intersection, NodeFormat, RenderOptions, Sampler};
 use crate::trade::Configuration;
 
 /// Something that can be varied.
@@ -71,7 +72,13 @@ pub const KNOBS: &[Knob] = &[
     Knob {
         name: "adaptive",
         help: "off, BATCH:TOLERANCE: as -a; samples where the noise is, at the risk of bias",
-        set: |options, text| put(&mut options.adaptive, adaptive(text)),
+        set: |options, text| {
+            // As -a does: the rule has to know how far sequences are apart.
+            if text != "off" && options.sampler != Sampler::Independent && options.replicates == 1 {
+                options.replicates = ADAPTIVE_REPLICATES;
+            }
+            put(&mut options.adaptive, adaptive(text))
+        },
     },
     Knob {
         name: "tolerance",
@@ -153,6 +160,7 @@ fn adaptive(text: &str) -> std::result::Result<Option<Adaptive>, String> {
         tolerance,
         confidence: Confidence::default(),
         min_samples: batch.max(2),
+        area: Area::default(),
         ..Adaptive::COURSE
     }))
 }
@@ -266,7 +274,7 @@ mod tests {
             ("replicates", "8"),
             ("adaptive-tests", "doubling"),
             ("adaptive-trust", "halves"),
-            ("adaptive-area", "tile"),
+            ("adaptive-area", "pixel"),
         ];
         assert_eq!(values.len(), KNOBS.len());
         let adaptive = RenderOptions { adaptive: adaptive("8:0.2").unwrap(), ..RenderOptions::default() };
