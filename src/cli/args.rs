@@ -316,7 +316,8 @@ pub struct SamplingArgs {
           value_parser = whole(1, MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: u32,
     /// Adaptive sampling: after every BATCH samples, stop sampling tiles of 16 by 16 pixels (with --adaptive-area pixel,
-    /// pixels) whose 95 % confidence interval has a half-width of at most TOLERANCE times the mean.
+    /// pixels) whose 95 % confidence interval has a half-width of at most TOLERANCE times the mean. For pictures that must
+    /// be good enough everywhere: on average, as many samples spread evenly have less error (README).
     #[arg(short, long, num_args = 2, value_names = ["BATCH", "TOLERANCE"], action = ArgAction::Set,
           allow_negative_numbers = true)]
     pub adaptive: Option<Vec<String>>,
