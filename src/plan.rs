@@ -4,7 +4,7 @@ use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
 use crate::measure::units;
-use crate::options::{Cell, Direct, Integrator, Intersection, RenderOptions, Roulette};
+use crate::options::{Cell, Direct, Integrator, Intersection, RenderOptions, Roulette, Sampler};
 use crate::scene::Scene;
 use crate::simd::Tier;
 use crate::stages::{self, Stage};
@@ -291,7 +291,18 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
     };
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     match stage.name {
-        "generate" => ("pinhole camera, jittered".into(), "every path starts at the camera".into()),
+        "generate" => {
+            let numbers = match options.sampler {
+                Sampler::Independent => "independent random numbers",
+                Sampler::Sobol => "Sobol points a pixel",
+                Sampler::BlueNoise => "Sobol points that pixels share",
+            };
+            let dealt = match options.replicates {
+                1 => String::new(),
+                replicates => format!(" in {replicates} replicates"),
+            };
+            (format!("pinhole camera, jittered; {numbers}{dealt}"), "every path starts at the camera".into())
+        }
         "traverse" => {
             let structure = match options.accel.kind {
                 crate::options::Accel::Bvh => "4-wide BVH",

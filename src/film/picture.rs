@@ -23,7 +23,8 @@ pub struct Picture {
     pub normal: Option<Vec<[f32; 3]>>,
     /// `Z`: mean distance to the first hit, infinite where nothing was hit.
     pub depth: Option<Vec<f32>>,
-    /// `Variance.R/G/B`: variance of the mean (standard error squared) of each channel of `beauty`.
+    /// `Variance.R/G/B`: variance of the mean (standard error squared) of each channel of `beauty`; an upper bound of it where
+    /// samples avoid each other and are of one sequence.
     pub variance: Option<Vec<[f32; 3]>>,
     /// `Debug Sample Count.X`: samples a pixel.
     pub sample_count: Option<Vec<u32>>,
