@@ -3,44 +3,15 @@
 mod common;
 
 use comber::film::exr_output;
+use common::command::{comber, expect, number, stderr, with_scene};
 use common::own;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
-use tempfile::TempDir;
-
-fn comber(directory: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
-    command.current_dir(directory).stdin(Stdio::null()).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
-    command.args(line.split_whitespace()).env("SOURCE_DATE_EPOCH", "1");
-    command
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Runs a line that must end with this status.
-fn expect(directory: &Path, arguments: &str, status: i32) -> Output {
-    let output = comber(directory, arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(status), "comber {arguments}: {}", stderr(&output));
-    output
-}
+use std::process::{Command, Stdio};
 
 fn json(directory: &Path, arguments: &str) -> Value {
     serde_json::from_slice(&expect(directory, &format!("{arguments} --json"), 0).stdout).unwrap()
-}
-
-fn number(value: &Value, at: &str) -> f64 {
-    value.pointer(at).and_then(Value::as_f64).unwrap_or_else(|| panic!("{at} in {value:#}"))
-}
-
-/// A directory with a scene of the project's own, `box.dae`.
-fn with_scene() -> TempDir {
-    let dir = tempfile::tempdir().unwrap();
-    fs::copy(own("cornell_quad_light.dae"), dir.path().join("box.dae")).unwrap();
-    dir
 }
 
 /// The stated error is the one that a much better picture shows, and standard errors tell it from bias.

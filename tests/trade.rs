@@ -10,47 +10,17 @@ use comber::trade::figures::Figures;
 use comber::trade::measure::{Effort, End, Measured, Subject, Watcher};
 use comber::trade::truth::Truth;
 use comber::trade::{Configuration, Run};
+use common::command::{comber, expect, number, stderr, with_scene};
 use common::statistics::student;
 use common::{Ready, own};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
-
-fn comber(directory: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_comber"));
-    command.current_dir(directory).stdin(Stdio::null()).env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
-    command.args(line.split_whitespace());
-    command
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Runs a line that must end with this status.
-fn expect(directory: &Path, arguments: &str, status: i32) -> Output {
-    let output = comber(directory, arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(status), "comber {arguments}: {}", stderr(&output));
-    output
-}
 
 fn trade(directory: &Path, arguments: &str) -> Value {
     let output = expect(directory, &format!("trade {arguments} --json"), 0);
     serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// A directory with a scene of the project's own, `box.dae`.
-fn with_scene() -> TempDir {
-    let dir = tempfile::tempdir().unwrap();
-    fs::copy(own("cornell_quad_light.dae"), dir.path().join("box.dae")).unwrap();
-    dir
-}
-
-fn number(value: &Value, at: &str) -> f64 {
-    value.pointer(at).and_then(Value::as_f64).unwrap_or_else(|| panic!("{at} in {value:#}"))
 }
 
 /// An estimate and its error.

@@ -1,6 +1,7 @@
 //! What several test files share: scenes by path, renders by options.
 #![allow(dead_code)] // Each test file uses its own part.
 
+pub mod command;
 pub mod make;
 pub mod rays;
 pub mod statistics;
