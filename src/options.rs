@@ -364,6 +364,13 @@ pub struct RenderOptions {
     pub simd: Simd,
 }
 
+impl RenderOptions {
+    /// What is rendered of the frame: the cell that was asked for, or all of it.
+    pub fn rendered(&self) -> Cell {
+        self.cell.unwrap_or(Cell { x: 0, y: 0, width: self.width, height: self.height })
+    }
+}
+
 impl Default for RenderOptions {
     fn default() -> Self {
         RenderOptions {

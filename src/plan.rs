@@ -119,8 +119,7 @@ impl Plan {
     /// # Errors
     /// A cell outside the frame, an instruction set that this processor lacks, a wave too large to index.
     pub fn new(scene: &Scene, accel: &Accel, options: &RenderOptions) -> Result<Plan> {
-        let whole = Cell { x: 0, y: 0, width: options.width, height: options.height };
-        let cell = options.cell.unwrap_or(whole);
+        let cell = options.rendered();
         let ends = (u64::from(cell.x) + u64::from(cell.width), u64::from(cell.y) + u64::from(cell.height));
         if cell.width == 0 || cell.height == 0 || ends.0 > options.width.into() || ends.1 > options.height.into() {
             return Err(Error::Options(format!(

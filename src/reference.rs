@@ -12,7 +12,7 @@ use crate::film::develop::develop;
 use crate::film::picture::Picture;
 use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
 use crate::material::diffuse;
-use crate::options::{Cell, Direct, Integrator, RenderOptions};
+use crate::options::{Direct, Integrator, RenderOptions};
 use crate::sampling::lanes::V3;
 use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
@@ -41,17 +41,13 @@ pub struct Reference {
 /// # Errors
 /// A cell that is not part of the frame is not checked here: [`crate::plan::Plan`] does.
 pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOptions) -> Result<Reference> {
-    let whole = Cell { x: 0, y: 0, width: options.width, height: options.height };
-    let cell = options.cell.unwrap_or(whole);
+    let cell = options.rendered();
     let layout = FilmLayout::new(options);
     let tracer = Tracer::new(scene, accel, camera, options);
     let mut film = tiles(cell, layout);
     // The control runs on the waves' instruction set: what it is measured for is the order of work alone.
     let tier = Tier::detect(options.simd)?;
-    let rays = film.par_iter_mut().map(|tile| tier.run(TileKernel { tracer: &tracer, tile })).reduce(
-        RayCounts::default,
-        |a, b| RayCounts { camera: a.camera + b.camera, bounce: a.bounce + b.bounce, shadow: a.shadow + b.shadow },
-    );
+    let rays = film.par_iter_mut().map(|tile| tier.run(TileKernel { tracer: &tracer, tile })).sum();
     Ok(Reference { picture: develop(&film, cell, (options.width, options.height)), rays })
 }
 

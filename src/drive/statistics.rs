@@ -4,6 +4,8 @@ use crate::film::tile::Tile;
 use crate::plan::Plan;
 use crate::stages::{self, Stage};
 use serde::Serialize;
+use std::iter::Sum;
+use std::ops::AddAssign;
 use std::time::Duration;
 
 /// Rays traced, by kind.
@@ -21,6 +23,23 @@ impl RayCounts {
     /// Of all kinds.
     pub fn all(&self) -> u64 {
         self.camera + self.bounce + self.shadow
+    }
+}
+
+impl AddAssign for RayCounts {
+    fn add_assign(&mut self, other: RayCounts) {
+        self.camera += other.camera;
+        self.bounce += other.bounce;
+        self.shadow += other.shadow;
+    }
+}
+
+impl Sum for RayCounts {
+    fn sum<I: Iterator<Item = RayCounts>>(all: I) -> RayCounts {
+        all.fold(RayCounts::default(), |mut sum, one| {
+            sum += one;
+            sum
+        })
     }
 }
 
@@ -89,9 +108,7 @@ impl Totals {
     /// Adds what other waves cost.
     pub fn add(&mut self, other: &Totals) {
         self.samples += other.samples;
-        self.rays.camera += other.rays.camera;
-        self.rays.bounce += other.rays.bounce;
-        self.rays.shadow += other.rays.shadow;
+        self.rays += other.rays;
         for (a, b) in self.stages.iter_mut().zip(&other.stages) {
             a.calls += b.calls;
             a.rows += b.rows;

@@ -80,7 +80,7 @@ fn estimate(tile: &Tile, local: usize) -> ([f64; 3], [f64; 3]) {
     let mean = halves.map(|[a, b]| (a.mean + b.mean) / 2.0);
     let variance = channels.map(|c| {
         let of =
-            |half: Interval| if sequences.independent { spread[c] / f64::from(half.samples) } else { square(half) };
+            |half: Interval| if sequences.independent() { spread[c] / f64::from(half.samples) } else { square(half) };
         (of(halves[c][0]) + of(halves[c][1])) / 4.0
     });
     (mean, variance)

@@ -8,26 +8,16 @@ use crate::options::{Adaptive, Area, Trust};
 impl Tile {
     /// Takes pixels that meet the rule off the list of active ones.
     pub fn retire(&mut self, rule: &Adaptive) {
-        let before = self.active.len();
+        let mut active = std::mem::take(&mut self.active);
+        let before = active.len();
         match rule.area {
-            Area::Pixel => {
-                let (mut active, mut kept) = (std::mem::take(&mut self.active), Vec::new());
-                for local in active.drain(..) {
-                    let own = [local as usize];
-                    self.test(rule, &own);
-                    kept.extend((self.open[own[0]] != 0).then_some(local));
-                }
-                self.active = kept;
-            }
-            Area::Tile if !self.active.is_empty() => {
-                let all: Vec<usize> = (0..self.x.len()).collect();
-                self.test(rule, &all);
-                let open = &self.open;
-                self.active.retain(|&local| open[local as usize] != 0);
-            }
-            Area::Tile => {}
+            Area::Pixel => active.iter().for_each(|&local| self.test(rule, &[local as usize])),
+            Area::Tile if active.is_empty() => {}
+            Area::Tile => self.test(rule, &(0..self.x.len()).collect::<Vec<_>>()),
         }
-        self.converged += (before - self.active.len()) as u32;
+        active.retain(|&local| self.open[local as usize] != 0);
+        self.converged += (before - active.len()) as u32;
+        self.active = active;
     }
 
     /// Tests `pixels` as one, and closes what needs no more samples.
@@ -56,7 +46,7 @@ impl Tile {
     /// The interval of luminance of some pixels, or of one half of their samples.
     fn interval(&self, pixels: &[usize], half: Option<u32>) -> Interval {
         let of = |local: usize| {
-            if self.sequences.is_empty() || (half.is_none() && self.sequences.independent) {
+            if self.sequences.is_empty() || (half.is_none() && self.sequences.independent()) {
                 Interval::of_samples(&self.luminance[local])
             } else {
                 self.sequences.luminance(local, half)

@@ -19,8 +19,6 @@ pub struct Sequences {
     each: u32,
     /// Even and odd ones stop by themselves.
     pub halves: bool,
-    /// There are just the two halves, and the samples of each are independent.
-    pub independent: bool,
     rows: Vec<Sums>,
 }
 
@@ -30,13 +28,16 @@ impl Sequences {
 
     /// For `pixels` pixels.
     pub fn new(pixels: usize, layout: FilmLayout) -> Sequences {
-        let independent = layout.halves && layout.sequences == 2;
         Sequences {
             each: layout.sequences,
             halves: layout.halves,
-            independent,
             rows: vec![Sums::default(); pixels * layout.sequences as usize],
         }
+    }
+
+    /// There are just the two halves, and the samples of each are independent.
+    pub fn independent(&self) -> bool {
+        self.halves && self.each == 2
     }
 
     /// Bytes that they take.
@@ -75,7 +76,7 @@ impl Sequences {
     /// a single one, whose samples are independent then, by the spread of those.
     pub fn luminance(&self, local: usize, half: Option<u32>) -> Interval {
         match half {
-            Some(half) if self.independent => {
+            Some(half) if self.independent() => {
                 let sums = self.rows[local * 2 + half as usize];
                 let moments = super::convergence::Moments { n: sums.samples, mean: luminance(sums.mean), m2: sums.m2 };
                 Interval::of_samples(&moments)

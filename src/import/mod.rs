@@ -37,7 +37,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         scene = parse(path, &bytes, origin)?;
     }
     if scene.origin != DVec3::ZERO {
-        scene.notes.push(recentre::note(&scene, scene.origin));
+        scene.notes.push(recentre::note(&scene));
     }
     Ok(scene)
 }

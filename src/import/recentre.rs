@@ -21,11 +21,11 @@ pub(super) fn centre(scene: &SceneDescription) -> Option<DVec3> {
     far.then_some((min + max) * 0.5)
 }
 
-/// What the user should know of a scene that was read around `origin`.
-pub(super) fn note(scene: &SceneDescription, origin: DVec3) -> Note {
+/// What the user should know of a scene that was read around its own centre.
+pub(super) fn note(scene: &SceneDescription) -> Note {
     let size = geometry_bounds(scene).map_or(0.0, |(min, max)| (max - min).max_element());
-    let far = origin.abs().max_element() / size;
-    let DVec3 { x, y, z } = origin;
+    let far = scene.origin.abs().max_element() / size;
+    let DVec3 { x, y, z } = scene.origin;
     Note::info(format!(
         "{}: the scene lies {far:.0} times its size from the origin; positions are relative to ({x}, {y}, {z})",
         scene.name

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::film::picture::Picture;
 use crate::measure::progress::Progress;
 use crate::observer::Observer;
-use crate::options::{Cell, RenderOptions};
+use crate::options::RenderOptions;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -69,7 +69,7 @@ pub fn subject_of(loaded: &Loaded, options: &RenderOptions) -> Value {
 impl Wanted<'_> {
     /// Renders, and keeps the sums.
     pub fn make(&self) -> Result<Made> {
-        let cell = cell(self.options);
+        let cell = self.options.rendered();
         let pixels = cell.width as usize * cell.height as usize;
         let about = subject_of(self.loaded, self.options);
         let kept = match self.sums.filter(|_| self.resume) {
@@ -94,9 +94,7 @@ impl Wanted<'_> {
         let mut written = Instant::now();
         let reached = subject.converge(&mut spread, self.target, &watch, |spread, error, outcome| {
             let stats = &outcome.stats;
-            rays.camera += stats.rays.camera;
-            rays.bounce += stats.rays.bounce;
-            rays.shadow += stats.rays.shadow;
+            rays += stats.rays;
             seconds += stats.seconds;
             non_finite += stats.non_finite_samples;
             self.show_progress(&progress, spread.rounds, error);
@@ -126,16 +124,11 @@ impl Wanted<'_> {
     }
 }
 
-/// The part of the frame that is rendered.
-pub fn cell(options: &RenderOptions) -> Cell {
-    options.cell.unwrap_or(Cell { x: 0, y: 0, width: options.width, height: options.height })
-}
-
 /// The picture, with what it is in its provenance.
 pub fn picture(made: &Made, options: &RenderOptions, mut provenance: Value, about: Value) -> Picture {
     provenance["reference"] =
         json!({ "relative_error": made.error, "epsilon": EPSILON, "rounds": made.spread.rounds, "of": about });
-    let picture = rounds::picture(&made.spread, cell(options), (options.width, options.height));
+    let picture = rounds::picture(&made.spread, options.rendered(), (options.width, options.height));
     Picture { provenance, ..picture }
 }
 

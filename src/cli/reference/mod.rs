@@ -118,7 +118,7 @@ pub fn is_of_light(options: &RenderOptions) -> Result<()> {
 
 /// Writes the picture, with where it comes from.
 pub fn write(path: &Path, loaded: &Loaded, options: &RenderOptions, made: &Made, created: &str) -> Result<()> {
-    let (cell, each) = (make::cell(options), samples_of_all(made.spread.rounds));
+    let (cell, each) = (options.rendered(), samples_of_all(made.spread.rounds));
     let rendered = RenderOptions { samples: each.try_into().unwrap_or(u32::MAX), adaptive: None, ..options.clone() };
     let samples = each * u64::from(cell.width) * u64::from(cell.height);
     let provenance = provenance(loaded, &rendered, samples, !made.reached, created);
