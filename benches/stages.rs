@@ -55,7 +55,7 @@ fn measure(criterion: &mut Criterion, ready: &Ready, tier: Tier, suffix: &str) {
             pipeline.shade(depth, live);
         });
         if all_stages {
-            bench("shadow", depth, shaded.shadows, &mut || pipeline.shadow(shaded.shadows));
+            bench("shadow", depth, shaded.shadows, &mut || pipeline.shadow(depth, shaded.shadows));
             // The rows come from `next` and go to `paths`, which nobody reads again at this depth.
             bench("roulette", depth, shaded.next, &mut || {
                 pipeline.roulette(depth, shaded.next);

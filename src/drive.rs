@@ -10,6 +10,7 @@ use crate::film::{self, tile::Tile};
 use crate::measure::lanes::Lanes;
 pub use crate::observer::{Observer, Unobserved};
 use crate::observer::{Part, Queue, Slice, Work};
+use crate::pilot;
 use crate::plan::Plan;
 use crate::sampling::lanes::Lanes as _;
 use crate::sampling::sampler::Sampler;
@@ -17,6 +18,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
 use crate::stages::{self, Context};
+use crate::transport::Transport;
 use crate::wave::Wave;
 use crate::wave::features::Features;
 use crate::wave::span::Span;
@@ -52,18 +54,19 @@ const PASS: u32 = 16;
 pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observer: &dyn Observer) -> Result<Outcome> {
     let start = Instant::now();
     let options = &plan.options;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build();
+    let pool = pool.map_err(|e| Error::Options(format!("cannot start {} threads: {e}", plan.threads)))?;
+    let worth = pool.install(|| pilot::measure(scene, accel, camera, options));
     let context = Context {
         scene,
         accel,
         lens: camera.lens(options.width, options.height),
-        transport: plan.transport.clone(),
+        transport: Transport { worth, ..plan.transport.clone() },
         features: plan.features,
         sampler: Sampler::new(options),
         tier: Tier::detect(options.simd)?,
         counts: observer.counts(),
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build();
-    let pool = pool.map_err(|e| Error::Options(format!("cannot start {} threads: {e}", plan.threads)))?;
     let mut tiles = film::tile::tiles(plan.cell, plan.film);
     let shared = Shared { context: &context, plan, observer, waves: Mutex::new(Vec::new()), totals: Mutex::default() };
     observer.ended(&Slice::plain(Part::Start, start));
@@ -263,7 +266,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
             observer.queue(&Queue { query: asks, shadow: true, depth, rays, slots, pixels: &samples.pixel });
             run.stage(SHADOW, depth, || {
                 let out = stages::shadow::Out { samples, hits: shadow_hits };
-                let counts = stages::shadow::run(context, shaded.shadows, shadows, out, scratch);
+                let counts = stages::shadow::run(context, depth, shaded.shadows, shadows, out, scratch);
                 Work { rows: shaded.shadows, counts, ..Work::default() }
             });
         }
@@ -271,7 +274,8 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         if shaded.next > 0 {
             scratch.reset();
             let work = run.stage(ROULETTE, depth, || {
-                let produced = stages::roulette::run(context, depth, shaded.next, next, paths, scratch);
+                let input = stages::roulette::In { next, samples };
+                let produced = stages::roulette::run(context, depth, shaded.next, input, paths, scratch);
                 Work { rows: shaded.next, produced, ..Work::default() }
             });
             live = work.produced;

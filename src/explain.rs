@@ -49,6 +49,11 @@ pub enum Event {
         /// The light.
         id: usize,
     },
+    /// A light that was not asked: what it would add is not worth the ray, and others stand for it.
+    NotAsked {
+        /// The light.
+        id: usize,
+    },
     /// No light can arrive: the light tree has nothing to ask.
     NoLight,
     /// A light was asked.
@@ -113,7 +118,7 @@ impl Story {
     /// the reference draw the same numbers and get the same radiance.
     pub fn of(subject: (&Scene, &Accel, &Camera), options: &RenderOptions, x: u32, y: u32, index: u32) -> Story {
         let mut events = Vec::new();
-        let sample = reference::witness(subject, options, [x, y, index], &mut events);
+        let sample = reference::witness(subject, options)([x, y, index], &mut events);
         Story { events, sample }
     }
 
@@ -163,6 +168,7 @@ fn told(event: &Event, scene: &Scene) -> String {
         Event::Emission { value } => format!("  shines  + {}", show(*value)),
         Event::NoLight => "  light   none can arrive here".into(),
         Event::FacesAway { id } => format!("  light   {}: turned away", scene.lights[*id].name),
+        Event::NotAsked { id } => format!("  light   {}: not asked, by roulette", scene.lights[*id].name),
         Event::Light { id, found, value, free } => {
             let name = &scene.lights[*id].name;
             let (towards, distance, pdf) = (show(found.direction), found.distance, found.pdf);
@@ -205,7 +211,7 @@ fn is_finite(event: &Event) -> bool {
         Event::Ray { origin, direction, beta, .. } => finite(origin) && finite(direction) && finite(beta),
         Event::Surface { at, .. } => finite(&at.origin) && finite(&at.normal) && finite(&at.geometric),
         Event::Emission { value } | Event::Light { value, .. } => finite(value),
-        Event::FacesAway { .. } | Event::NoLight => true,
+        Event::FacesAway { .. } | Event::NotAsked { .. } | Event::NoLight => true,
         Event::Hemisphere { direction, value, .. } => finite(direction) && value.as_ref().is_none_or(finite),
         Event::Bounce { pdf, beta, survival, .. } => pdf.is_finite() && survival.is_finite() && finite(beta),
     }

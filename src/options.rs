@@ -106,11 +106,23 @@ pub enum Roulette {
         /// Bounces before the first chance to end.
         start: u32,
     },
+    /// Rays, of paths and towards lights, with the probability at which they are worth their work: see [`crate::worth`].
+    Efficiency {
+        /// What a ray must be worth, times what theory says.
+        factor: f32,
+    },
+}
+
+impl Roulette {
+    /// By throughput, once three bounces are done.
+    pub const THROUGHPUT: Roulette = Roulette::Throughput { start: 3 };
+    /// By efficiency, with the factor that measured best: see [`crate::worth`].
+    pub const EFFICIENCY: Roulette = Roulette::Efficiency { factor: 1.0 };
 }
 
 impl Default for Roulette {
     fn default() -> Self {
-        Roulette::Throughput { start: 3 }
+        Roulette::EFFICIENCY
     }
 }
 
@@ -344,6 +356,8 @@ pub struct RenderOptions {
     pub light_selection: LightSelection,
     /// When paths end early.
     pub roulette: Roulette,
+    /// The most radiance (brightest channel) that a light may add to a sample at once after two bounces or more; all of it if `None`.
+    pub clamp_indirect: Option<f32>,
     /// Adaptive sampling, or every pixel gets all its samples.
     pub adaptive: Option<Adaptive>,
     /// Where random numbers come from.
@@ -385,6 +399,7 @@ impl Default for RenderOptions {
             light_sampling: LightSampling::default(),
             light_selection: LightSelection::default(),
             roulette: Roulette::default(),
+            clamp_indirect: None,
             adaptive: None,
             sampler: Sampler::default(),
             replicates: 1,

@@ -177,6 +177,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         Roulette::Off => false,
         Roulette::Fixed(_) => transport.continues(1),
         Roulette::Throughput { start } => transport.continues(start),
+        Roulette::Efficiency { .. } => true,
     };
     let aovs = FilmLayout::new(options).aovs;
     let shows_normals = options.integrator == Integrator::Normals || aovs;
@@ -191,6 +192,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::LOOK_BACK.when(shadow && continues && transport.looks_back())
         | Features::HEMISPHERE.when(shadow && options.direct == Direct::Hemisphere)
         | Features::ROULETTE.when(continues && can_end)
+        | Features::EFFICIENCY.when(continues && matches!(options.roulette, Roulette::Efficiency { .. }))
         | Features::AOVS.when(aovs)
         | Features::COST.when(options.integrator == Integrator::BvhCost)
         | Features::HITS.when(options.integrator != Integrator::BvhCost)
@@ -373,6 +375,13 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
                 ),
                 Features::ROULETTE.why(),
             ),
+            Roulette::Efficiency { factor } if features.has(Features::ROULETTE) => {
+                let rule = "continue, and ask lights, with probability min(value expected / δ, 1)";
+                (
+                    format!("{rule}, δ = {factor} √(variance / rays) of each part of the frame; then compact"),
+                    Features::EFFICIENCY.why(),
+                )
+            }
             _ => ("compact".into(), "rows whose path has ended make room".into()),
         },
         _ => match options.adaptive {

@@ -13,6 +13,7 @@ use crate::film::picture::Picture;
 use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
 use crate::material::diffuse;
 use crate::options::{Direct, Integrator, RenderOptions};
+use crate::pilot;
 use crate::sampling::lanes::V3;
 use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
@@ -51,15 +52,15 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOpt
     Ok(Reference { picture: develop(&film, cell, (options.width, options.height)), rays })
 }
 
-/// Renders sample `index` of one pixel, and tells `witness` of each step.
-pub fn witness(
-    (scene, accel, camera): (&Scene, &Accel, &Camera),
-    options: &RenderOptions,
-    [x, y, index]: [u32; 3],
-    witness: impl Witness,
-) -> Sample {
-    let mut rays = Rays { single: accel.single(), counts: RayCounts::default(), witness };
-    Tracer::new(scene, accel, camera, options).sample(x, y, index, &mut rays)
+/// What renders sample `index` of the pixel at `x`, `y` and notes each step.
+pub fn witness<'a>(
+    (scene, accel, camera): (&'a Scene, &'a Accel, &'a Camera),
+    options: &'a RenderOptions,
+) -> impl Fn([u32; 3], &mut Vec<Event>) -> Sample + 'a {
+    let tracer = Tracer::new(scene, accel, camera, options);
+    move |[x, y, index], witness| {
+        tracer.sample(x, y, index, &mut Rays { single: accel.single(), counts: RayCounts::default(), witness })
+    }
 }
 
 struct TileKernel<'a> {
@@ -109,7 +110,8 @@ struct Path {
 impl<'a> Tracer<'a> {
     fn new(scene: &'a Scene, accel: &'a Accel, camera: &Camera, options: &'a RenderOptions) -> Tracer<'a> {
         let lens = camera.lens(options.width, options.height);
-        let transport = Transport::new(options, &scene.lights);
+        let worth = pilot::measure(scene, accel, camera, options);
+        let transport = Transport { worth, ..Transport::new(options, &scene.lights) };
         Tracer { scene, accel, options, lens, transport, sampler: Sampler::new(options) }
     }
 
@@ -216,7 +218,7 @@ impl<'a> Tracer<'a> {
         };
         let left = Left { origin: path.origin, normal: path.normal, pdf: path.pdf };
         let weight = self.transport.emission_weight(depth, &found, left, hit.t);
-        path.beta.times(found.light.radiance.into()) * weight
+        self.transport.clamped(depth, path.beta.times(found.light.radiance.into()) * weight)
     }
 
     /// Direct-light sample `k`.
@@ -225,12 +227,13 @@ impl<'a> Tracer<'a> {
         &self,
         [depth, k]: [u32; 2],
         path: &mut Path,
-        at: &Point,
+        at: &SurfacePoint<f32>,
         albedo: V3<f32>,
         rays: &mut Rays<W>,
     ) {
         let (scene, transport) = (self.scene, &self.transport);
-        let random = self.sampler.draw(path.pixel, path.index, transport.dimensions.light(depth, k));
+        let place = [path.pixel, path.index, transport.dimensions.light(depth, k)];
+        let random = self.sampler.draw(place[0], place[1], place[2]);
         let vertex = Vertex { beta: path.beta, albedo, normal: at.normal, geometric: at.geometric };
         if transport.direct == Direct::Hemisphere {
             let uv = [random[0], random[1]];
@@ -241,7 +244,7 @@ impl<'a> Tracer<'a> {
             rays.counts.shadow += 1;
             let hit = rays.single.closest_hit(&Ray::new(at.origin.into(), direction.into()));
             let light = transport::emission(scene, &hit, at.origin, direction);
-            let value = light.map(|found| value.times(found.light.radiance.into()));
+            let value = light.map(|found| transport.clamped(depth + 1, value.times(found.light.radiance.into())));
             rays.witness.saw(|| Event::Hemisphere { direction, hit, value });
             path.radiance = value.map_or(path.radiance, |value| path.radiance + value);
             return;
@@ -251,8 +254,11 @@ impl<'a> Tracer<'a> {
         };
         let value = transport::light_contribution(vertex, light, found, transport.mis());
         if value.is_zero() {
-            rays.witness.saw(|| Event::FacesAway { id });
-            return;
+            return rays.witness.saw(|| Event::FacesAway { id });
+        }
+        let value = transport.by_lot(&self.sampler, place, transport.clamped(depth + 1, value));
+        if value.is_zero() {
+            return rays.witness.saw(|| Event::NotAsked { id });
         }
         rays.counts.shadow += 1;
         let free =
@@ -269,14 +275,14 @@ impl<'a> Tracer<'a> {
         &self,
         depth: u32,
         path: &mut Path,
-        at: &Point,
+        at: &SurfacePoint<f32>,
         albedo: V3<f32>,
         rays: &mut Rays<W>,
     ) -> bool {
         let random = self.sampler.draw(path.pixel, path.index, self.transport.dimensions.bounce(depth));
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
-        let survival = self.transport.survival(depth, beta);
+        let survival = self.transport.survival(depth, path.pixel, beta);
         let carries = beta.max_component() > 0.0;
         rays.witness.saw(|| Event::Bounce { pdf: drawn.pdf, beta, survival, lot: random[2] });
         if !carries || random[2] >= survival {
@@ -291,5 +297,3 @@ impl<'a> Tracer<'a> {
         true
     }
 }
-
-type Point = SurfacePoint<f32>;

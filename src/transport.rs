@@ -12,10 +12,12 @@ use crate::material::diffuse;
 use crate::options::{Direct, Integrator, LightSampling, RenderOptions, Roulette};
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::Dimensions;
+use crate::sampling::sampler::Sampler;
 use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::shapes::NO_LIGHT;
 use crate::scene::surface;
+use crate::worth::{self, Worth};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -30,6 +32,10 @@ pub struct Transport {
     pub direct: Direct,
     /// When paths end early.
     pub roulette: Roulette,
+    /// What rays must be worth, for roulette by efficiency: [`crate::pilot`] measures it.
+    pub worth: Option<Worth>,
+    /// The most radiance that a light may add at once from bounce 2 on.
+    pub clamp_indirect: f32,
     /// Where random numbers belong.
     pub dimensions: Dimensions,
     /// Shadow rays a vertex.
@@ -73,6 +79,8 @@ impl Transport {
             max_bounce,
             direct: options.direct,
             roulette: options.roulette,
+            worth: None,
+            clamp_indirect: options.clamp_indirect.unwrap_or(f32::INFINITY),
             dimensions: Dimensions { light_samples: shadow_samples },
             shadow_samples,
             selection,
@@ -145,10 +153,43 @@ impl Transport {
         warp::power_heuristic(left.pdf, density)
     }
 
-    /// Probability that a path goes on from vertex `depth` with throughput `beta`.
+    /// Whether there is a bound on what a light may add after `bounce` bounces.
+    pub fn clamps(&self, bounce: u32) -> bool {
+        bounce >= 2 && self.clamp_indirect < f32::INFINITY
+    }
+
+    /// What a light may add, `value`, after `bounce` bounces. What is not a number stays as it is.
     #[inline(always)]
-    pub fn survival(&self, depth: u32, beta: V3<f32>) -> f32 {
+    pub fn clamped<F: Lanes>(&self, bounce: u32, value: V3<F>) -> V3<F> {
+        if !self.clamps(bounce) {
+            return value;
+        }
+        let (most, brightest) = (F::splat(self.clamp_indirect), value.max_component());
+        value * F::select(brightest.gt(most), most / brightest, F::splat(1.0))
+    }
+
+    /// By what the `value` of a ray towards a light is multiplied: 0 if the ray is not worth its work; else 1, or more for those that are not
+    /// traced. The `lot` is drawn by itself: nothing is gained by spreading lots evenly.
+    #[inline(always)]
+    pub fn thinned(&self, rate: f32, lot: f32, value: V3<f32>) -> V3<f32> {
+        let survival = worth::survival(rate, value.max_component());
+        value * if lot < survival { 1.0 / survival } else { 0.0 }
+    }
+
+    /// The same with a lot of its own for the decision at `place`: pixel, sample, dimension.
+    #[inline(always)]
+    pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], value: V3<f32>) -> V3<f32> {
+        let lot = || sampler.lot(pixel, index, dimension);
+        self.worth.as_ref().map_or(value, |worth| self.thinned(worth.rate(pixel), lot(), value))
+    }
+
+    /// Probability that a path of `pixel` goes on from vertex `depth` with throughput `beta`.
+    #[inline(always)]
+    pub fn survival(&self, depth: u32, pixel: u32, beta: V3<f32>) -> f32 {
         match self.roulette {
+            Roulette::Efficiency { .. } => {
+                self.worth.as_ref().map_or(1.0, |worth| worth.of_path(pixel, beta.max_component()))
+            }
             Roulette::Fixed(p) if depth >= 1 => p,
             Roulette::Throughput { start } if depth >= start => beta.max_component().min(0.95),
             _ => 1.0,

@@ -113,7 +113,11 @@ fn misuse_says_what_is_allowed() {
         ("render --integrator magic", "path, direct, zero-bounce, one-bounce, indirect-only, normals, bvh-cost"),
         ("render --roulette fixed:0", "above 0 and at most 1"),
         ("render --roulette fixed:1.5", "above 0 and at most 1"),
-        ("render --roulette sometimes", "off, fixed:P or throughput[:START]"),
+        ("render --roulette efficiency:0", "above 0 and at most 1000"),
+        ("render --clamp-indirect 0", "finite number above 0"),
+        ("render --clamp-indirect -1", "finite number above 0"),
+        ("render --clamp-indirect nan", "finite number above 0"),
+        ("render --roulette sometimes", "off, fixed:P, throughput[:START] or efficiency[:FACTOR]"),
         ("render --xfov 180", "above 0 and below 180"),
         ("render --yfov -10", "above 0 and below 180"),
         ("render --vp 1 2", "three finite numbers"),
@@ -352,7 +356,8 @@ fn every_integrator_strategy_and_rule_renders_every_layer() {
     let words = [
         ("--integrator", "path direct zero-bounce one-bounce indirect-only normals bvh-cost"),
         ("--direct", "hemisphere light bsdf mis"),
-        ("--roulette", "off fixed:0.5 throughput throughput:1"),
+        ("--roulette", "off fixed:0.5 throughput throughput:1 efficiency efficiency:3"),
+        ("--clamp-indirect", "0.5 1e30"),
         ("--normals", "smooth flat"),
         ("--accel", "bvh brute"),
         ("--bvh", "fast default best"),
@@ -386,6 +391,7 @@ fn other_words_for_the_same_give_the_same_bytes() {
         ("--spp 3", "-s 3"),
         ("-t 1 --wave 5", "--nthreads 2"),
         ("--roulette throughput", "--roulette throughput:3"),
+        ("--roulette efficiency", "--roulette efficiency:1"),
         ("", "--scene other.dae"),
     ] {
         if let Some((_, name)) = other.split_once("--scene ") {

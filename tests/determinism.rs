@@ -119,8 +119,7 @@ fn cut<T: Copy>(layer: &[T], width: u32, cell: Cell) -> Vec<T> {
 #[test]
 fn a_cell_has_the_pixels_of_the_whole_frame() {
     for ready in scenes() {
-        for adaptive in [None, rule()] {
-            let roulette = Roulette::Fixed(0.7);
+        for (adaptive, roulette) in [(None, Roulette::EFFICIENCY), (rule(), Roulette::Fixed(0.7))] {
             let options = RenderOptions { adaptive, roulette, threads: Some(2), wave: None, ..small() };
             let whole = ready.render(&options).picture;
             for (x, y, width, height) in

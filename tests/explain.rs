@@ -20,6 +20,7 @@ fn stories_are_of_the_samples_that_waves_render() {
     for direct in [Direct::Mis, Direct::Light, Direct::Bsdf, Direct::Hemisphere] {
         for (integrator, roulette) in [
             (Integrator::Path, Roulette::Fixed(0.7)),
+            (Integrator::Path, Roulette::EFFICIENCY),
             (Integrator::IndirectOnly, Roulette::Off),
             (Integrator::Normals, Roulette::Off),
         ] {

@@ -140,7 +140,8 @@ fn every_strategy_and_roulette_rule_keeps_the_energy() {
         (Roulette::Off, 60),
         (Roulette::Fixed(0.7), 200),
         (Roulette::Throughput { start: 0 }, 200),
-        (Roulette::Throughput { start: 3 }, 200),
+        (Roulette::THROUGHPUT, 200),
+        (Roulette::EFFICIENCY, 200),
     ];
     for (albedo, depth_off) in [(0.5, 40), (0.8, 60)] {
         for (roulette, depth) in roulettes {

@@ -62,9 +62,13 @@ fn every_integrator_agrees_to_the_bit() {
 #[test]
 fn every_roulette_rule_agrees_to_the_bit() {
     let ready = Ready::course(&common::own("cornell_mesh.dae"), Normals::Smooth);
-    for roulette in
-        [Roulette::Off, Roulette::Fixed(0.6), Roulette::Throughput { start: 0 }, Roulette::Throughput { start: 3 }]
-    {
+    for roulette in [
+        Roulette::Off,
+        Roulette::Fixed(0.6),
+        Roulette::Throughput { start: 0 },
+        Roulette::THROUGHPUT,
+        Roulette::EFFICIENCY,
+    ] {
         check(&ready, &RenderOptions { roulette, max_depth: 40, ..small() }, &format!("{roulette:?}"));
     }
 }

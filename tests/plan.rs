@@ -25,7 +25,8 @@ const INTEGRATORS: [Integrator; 7] = [
     Integrator::BvhCost,
 ];
 const DIRECTS: [Direct; 4] = [Direct::Mis, Direct::Light, Direct::Hemisphere, Direct::Bsdf];
-const ROULETTES: [Roulette; 3] = [Roulette::Off, Roulette::Fixed(0.7), Roulette::Throughput { start: 3 }];
+const ROULETTES: [Roulette; 4] =
+    [Roulette::Off, Roulette::Fixed(0.7), Roulette::Throughput { start: 3 }, Roulette::EFFICIENCY];
 const RULE: Adaptive =
     Adaptive { batch: 8, tolerance: 0.1, confidence: Confidence::T, min_samples: 16, ..Adaptive::COURSE };
 
@@ -142,6 +143,7 @@ fn what_is_not_needed_is_not_there() {
                 Roulette::Off => false,
                 Roulette::Fixed(_) => steps > 1,
                 Roulette::Throughput { start } => steps > start,
+                Roulette::Efficiency { .. } => true,
             };
         let cost = options.integrator == Integrator::BvhCost;
         assert_eq!(has_table(plan, "shadow"), shadows, "{what}: shadow.*");

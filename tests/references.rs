@@ -69,7 +69,7 @@ fn spheres_match_for_every_direct_strategy() {
 #[test]
 fn deep_paths_match_for_every_roulette_rule() {
     let Some(ready) = course("CBspheres_lambertian") else { return };
-    for roulette in [Roulette::default(), Roulette::Fixed(0.7), Roulette::Off] {
+    for roulette in [Roulette::EFFICIENCY, Roulette::THROUGHPUT, Roulette::Fixed(0.7), Roulette::Off] {
         let options = RenderOptions { roulette, samples: 64, max_depth: 100, seed: 5, ..RenderOptions::default() };
         compare(&ready, "CBspheres_lambertian_d101", &options, &format!("{roulette:?}"));
     }

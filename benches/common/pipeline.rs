@@ -66,17 +66,17 @@ impl<'a> Pipeline<'a> {
         shade::run(&self.context, depth, n, shade::In { paths, hits }, shade::Out { samples, shadows, next }, scratch)
     }
 
-    pub fn shadow(&mut self, n: usize) {
+    pub fn shadow(&mut self, depth: u32, n: usize) {
         let Wave { samples, shadows, shadow_hits, scratch, .. } = &mut self.wave;
         scratch.reset();
         let out = stages::shadow::Out { samples, hits: shadow_hits };
-        stages::shadow::run(&self.context, n, shadows, out, scratch);
+        stages::shadow::run(&self.context, depth, n, shadows, out, scratch);
     }
 
     pub fn roulette(&mut self, depth: u32, n: usize) -> usize {
-        let Wave { paths, next, scratch, .. } = &mut self.wave;
+        let Wave { samples, paths, next, scratch, .. } = &mut self.wave;
         scratch.reset();
-        stages::roulette::run(&self.context, depth, n, next, paths, scratch)
+        stages::roulette::run(&self.context, depth, n, stages::roulette::In { next, samples }, paths, scratch)
     }
 
     pub fn retire(&mut self) {

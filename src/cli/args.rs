@@ -381,9 +381,15 @@ pub struct TransportArgs {
     #[arg(long, value_name = "WHICH", default_value = "auto", value_parser = choice(LIGHT_SELECTIONS))]
     pub light_selection: LightSelection,
     /// When paths end early: `off`; `fixed:P` goes on with probability P, above 0 and at most 1; `throughput[:START]`
-    /// goes on with the probability of the path's throughput, at most 0.95, once START bounces are done.
-    #[arg(long, value_name = "WHEN", default_value = "throughput:3", value_parser = values::roulette)]
+    /// goes on with the probability of the path's throughput, at most 0.95, once START bounces are done;
+    /// `efficiency[:FACTOR]` traces every ray, of paths and towards lights, with the probability at which it is worth its
+    /// work, learnt from a few samples beforehand; a larger FACTOR traces less.
+    #[arg(long, value_name = "WHEN", default_value = "efficiency", value_parser = values::roulette)]
     pub roulette: Roulette,
+    /// The most radiance (brightest channel) that a light may add to a sample at once after two bounces or more: fewer
+    /// fireflies, for a picture that is too dark where they would be. Direct light and lamps stay as they are.
+    #[arg(long, value_name = "RADIANCE", value_parser = values::positive, allow_negative_numbers = true)]
+    pub clamp_indirect: Option<f32>,
 }
 
 /// From where.

@@ -193,6 +193,7 @@ impl RenderRequest {
             light_sampling: args.transport.light_sampling,
             light_selection: args.transport.light_selection,
             roulette: args.transport.roulette,
+            clamp_indirect: args.transport.clamp_indirect,
             adaptive: adaptive(&args.sampling, &mut notes)?,
             sampler: args.sampling.sampler,
             replicates: replicates(&args.sampling)?,
@@ -396,7 +397,7 @@ fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptiv
     let batch =
         values::whole_in(batch, 1..=MAX_SAMPLES).or_else(|why| misuse(format!("'{batch}', the BATCH of -a, {why}")))?;
     let tolerance =
-        values::tolerance(tolerance).or_else(|why| misuse(format!("'{tolerance}', the TOLERANCE of -a, {why}")))?;
+        values::positive(tolerance).or_else(|why| misuse(format!("'{tolerance}', the TOLERANCE of -a, {why}")))?;
     if let Some(least) = args.min_samples.filter(|&least| least > args.samples) {
         return misuse(format!("--min-samples {least} is more than the {} samples that pixels get (-s)", args.samples));
     }

@@ -153,10 +153,10 @@ pub fn relative_error(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The tolerance of adaptive sampling.
-pub fn tolerance(text: &str) -> Result<f32, String> {
+/// A finite number above 0.
+pub fn positive(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
-        Ok(tolerance) if tolerance > 0.0 && tolerance.is_finite() => Ok(tolerance),
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
         _ => Err("must be a finite number above 0, as in 0.05".into()),
     }
 }
@@ -183,7 +183,7 @@ pub fn pixel(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-/// `off`, `fixed:P` or `throughput[:START]`.
+/// `off`, `fixed:P`, `throughput[:START]` or `efficiency[:FACTOR]`.
 pub fn roulette(text: &str) -> Result<Roulette, String> {
     let (kind, argument) = match text.split_once(':') {
         Some((kind, argument)) => (kind, Some(argument)),
@@ -195,11 +195,16 @@ pub fn roulette(text: &str) -> Result<Roulette, String> {
             Ok(probability) if probability > 0.0 && probability <= 1.0 => Ok(Roulette::Fixed(probability)),
             _ => Err("the probability must be above 0 and at most 1, as in fixed:0.7".into()),
         },
-        ("throughput", None) => Ok(Roulette::default()),
+        ("throughput", None) => Ok(Roulette::THROUGHPUT),
         ("throughput", Some(start)) => whole_in(start, 0..=65536)
             .map(|start| Roulette::Throughput { start })
             .map_err(|why| format!("the number of bounces {why}, as in throughput:3")),
-        _ => Err("must be off, fixed:P or throughput[:START]".into()),
+        ("efficiency", None) => Ok(Roulette::EFFICIENCY),
+        ("efficiency", Some(factor)) => match factor.parse() {
+            Ok(factor) if factor > 0.0 && factor <= 1e3 => Ok(Roulette::Efficiency { factor }),
+            _ => Err("the factor must be above 0 and at most 1000, as in efficiency:0.5".into()),
+        },
+        _ => Err("must be off, fixed:P, throughput[:START] or efficiency[:FACTOR]".into()),
     }
 }
 
@@ -282,6 +287,11 @@ mod tests {
             assert!(roulette(wrong).is_err(), "{wrong}");
         }
         assert!(roulette("throughput:-1").is_err());
+        assert_eq!(roulette("efficiency"), Ok(Roulette::EFFICIENCY));
+        assert_eq!(roulette("efficiency:0.25"), Ok(Roulette::Efficiency { factor: 0.25 }));
+        for wrong in ["efficiency:", "efficiency:0", "efficiency:-1", "efficiency:nan", "efficiency:inf"] {
+            assert!(roulette(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]
@@ -320,13 +330,13 @@ mod tests {
     #[test]
     fn angles_tolerances_exposures() {
         assert_eq!(angle("45"), Ok(45.0));
-        assert_eq!(tolerance("0.05"), Ok(0.05));
+        assert_eq!(positive("0.05"), Ok(0.05));
         assert_eq!(exposure("-1.5"), Ok(-1.5));
         for wrong in ["0", "180", "-10", "nan", "inf", ""] {
             assert!(angle(wrong).is_err(), "{wrong}");
         }
         for wrong in ["0", "-1", "inf", "nan", "1e40", "x"] {
-            assert!(tolerance(wrong).is_err(), "{wrong}");
+            assert!(positive(wrong).is_err(), "{wrong}");
         }
         for wrong in ["65", "nan", "inf"] {
             assert!(exposure(wrong).is_err(), "{wrong}");

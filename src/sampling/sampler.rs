@@ -89,6 +89,12 @@ impl Sampler {
         out.map(|[number]| number)
     }
 
+    /// A number in [0, 1) that has nothing to do with the others, for a lot.
+    #[inline(always)]
+    pub fn lot(&self, pixel: u32, index: u32, dimension: u32) -> f32 {
+        to_unit(mix(pixel.wrapping_add(mix(index.wrapping_add(mix(dimension.wrapping_add(mix(!self.seed))))))))
+    }
+
     /// The first `N` of the four numbers for each of `ROWS` rows, in step: every loop here becomes vector instructions.
     #[inline(always)]
     pub fn draw_rows<const ROWS: usize, const N: usize>(

@@ -2,7 +2,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | reads | `next.*` |
+//! | reads | `next.*`, and `sample.pixel` through `next.slot` where roulette is by efficiency |
 //! | writes | `path.*` |
 //! | consumes | paths as shade left them, dead ones among them |
 //! | produces | live paths, dense and in the same order |
@@ -18,26 +18,38 @@ use super::{Context, Stage};
 use crate::sampling::lanes::V3;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
+use crate::wave::samples::Samples;
 use bumpalo::Bump;
 
 /// Its facts.
 pub const STAGE: Stage = Stage {
     name: "roulette",
-    reads: &[("next.*", Features::ALWAYS)],
+    reads: &[("next.*", Features::ALWAYS), ("sample.pixel", Features::EFFICIENCY)],
     writes: &[("path.*", Features::ALWAYS)],
     requires: Features::CONTINUE,
 };
 
+/// What it reads.
+pub struct In<'a> {
+    /// Paths as shade left them.
+    pub next: &'a Paths,
+    /// Whose samples they are.
+    pub samples: &'a Samples,
+}
+
 /// Moves those of the first `n` rows of `next` that go on from vertex `depth` to `paths`; returns how many.
-pub fn run(context: &Context, depth: u32, n: usize, next: &Paths, paths: &mut Paths, scratch: &Bump) -> usize {
+pub fn run(context: &Context, depth: u32, n: usize, input: In, paths: &mut Paths, scratch: &Bump) -> usize {
+    let In { next, samples } = input;
     let survivors = scratch.alloc_slice_fill_copy(n, 0u32);
     let scales = scratch.alloc_slice_fill_copy(n, 1.0f32);
     let mut live = 0;
     let random = context.features.has(Features::ROULETTE);
+    let efficiency = context.features.has(Features::EFFICIENCY);
     for row in 0..n {
         let beta = V3::new(next.beta_r[row], next.beta_g[row], next.beta_b[row]);
         let brightest = beta.max_component();
-        let survival = context.transport.survival(depth, beta);
+        let pixel = if efficiency { samples.pixel[next.slot[row] as usize] } else { 0 };
+        let survival = context.transport.survival(depth, pixel, beta);
         let goes_on = brightest > 0.0 && !(random && next.roulette[row] >= survival);
         survivors[live] = row as u32;
         scales[live] = 1.0 / survival;
@@ -108,13 +120,13 @@ mod tests {
             wave.next.beta_r[row] = if alive { 0.5 } else { 0.0 };
             wave.next.roulette[row] = (row as f32 * 0.618_034).fract();
         }
-        let Wave { next, paths, scratch, .. } = &mut wave;
+        let Wave { next, paths, samples, scratch, .. } = &mut wave;
         // Before its start, the rule lets every path go on that carries anything.
-        let live = run(&context, 0, n, next, paths, scratch);
+        let live = run(&context, 0, n, In { next, samples }, paths, scratch);
         assert_eq!(live, n - n / 5);
         assert!(paths.beta_r[..live].iter().all(|&b| b == 0.5));
 
-        let live = run(&context, 1, n, next, paths, scratch);
+        let live = run(&context, 1, n, In { next, samples }, paths, scratch);
         assert!(paths.slot[..live].is_sorted_by(|a, b| a < b), "compaction is stable");
         for (row, &slot) in paths.slot[..live].iter().enumerate() {
             assert!(slot % 5 != 0 && next.roulette[slot as usize] < 0.25);

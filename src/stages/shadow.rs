@@ -47,10 +47,10 @@ pub struct Out<'a> {
     pub hits: &'a mut Hits,
 }
 
-/// Settles the first `n` shadow rays.
-pub fn run(context: &Context, n: usize, shadows: &Shadows, out: Out, scratch: &Bump) -> TraversalCounts {
+/// Settles the first `n` shadow rays, which left vertex `depth`.
+pub fn run(context: &Context, depth: u32, n: usize, shadows: &Shadows, out: Out, scratch: &Bump) -> TraversalCounts {
     if context.features.has(Features::HEMISPHERE) {
-        probe(context, n, shadows, out)
+        probe(context, depth, n, shadows, out)
     } else {
         occlude(context, n, shadows, out.samples, scratch)
     }
@@ -73,7 +73,7 @@ fn occlude(context: &Context, n: usize, shadows: &Shadows, samples: &mut Samples
 }
 
 /// Closest hit: whatever it emits arrives.
-fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalCounts {
+fn probe(context: &Context, depth: u32, n: usize, shadows: &Shadows, out: Out) -> TraversalCounts {
     let Out { samples, hits } = out;
     let way = context.accel.suited(Query::Closest, false);
     let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
@@ -83,9 +83,11 @@ fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalC
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);
         if let Some(found) = emission(context.scene, &hits.hit(row), origin, direction) {
             let slot = shadows.slot[row] as usize;
-            samples.r[slot] += shadows.direct_r[row] * found.light.radiance.x;
-            samples.g[slot] += shadows.direct_g[row] * found.light.radiance.y;
-            samples.b[slot] += shadows.direct_b[row] * found.light.radiance.z;
+            let weight = V3::load([&shadows.direct_r, &shadows.direct_g, &shadows.direct_b], row);
+            let value = context.transport.clamped(depth + 1, weight.times(found.light.radiance.into()));
+            samples.r[slot] += value.x;
+            samples.g[slot] += value.y;
+            samples.b[slot] += value.z;
         }
     }
     counts
@@ -113,7 +115,7 @@ mod tests {
                 (s.direct_r[row], s.direct_g[row], s.direct_b[row]) = (1.0, 2.0, 3.0);
             }
             let Wave { samples, shadows, shadow_hits, scratch, .. } = &mut wave;
-            run(&context, 3, shadows, Out { samples, hits: shadow_hits }, scratch);
+            run(&context, 0, 3, shadows, Out { samples, hits: shadow_hits }, scratch);
             // Above is the ceiling, not the lamp: a hemisphere ray finds nothing there.
             let expected = if hemisphere { [0.0; 3] } else { [2.0, 0.0, 0.0] };
             assert_eq!(samples.g[..3], expected);

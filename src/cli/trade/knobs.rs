@@ -61,8 +61,16 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "roulette",
-        help: "off, fixed:P, throughput[:START]: shorter paths for more noise, not bias",
+        help: "off, fixed:P, throughput[:START], efficiency[:FACTOR]: fewer rays for more noise, not bias",
         set: |options, text| put(&mut options.roulette, values::roulette(text)),
+    },
+    Knob {
+        name: "clamp-indirect",
+        help: "off, RADIANCE: fewer fireflies for a picture that is too dark",
+        set: |options, text| {
+            let value = if text == "off" { Ok(None) } else { values::positive(text).map(Some) };
+            put(&mut options.clamp_indirect, value)
+        },
     },
     Knob {
         name: "depth",
@@ -83,7 +91,7 @@ pub const KNOBS: &[Knob] = &[
     Knob {
         name: "tolerance",
         help: "that of adaptive sampling: larger is faster, and noisier",
-        set: |options, text| put(&mut rule(options)?.tolerance, values::tolerance(text)),
+        set: |options, text| put(&mut rule(options)?.tolerance, values::positive(text)),
     },
     Knob {
         name: "confidence",
@@ -154,7 +162,7 @@ fn adaptive(text: &str) -> std::result::Result<Option<Adaptive>, String> {
         return Err("must be off or BATCH:TOLERANCE, as in 16:0.05".into());
     };
     let batch = whole_in(batch, 1..=MAX_SAMPLES).map_err(|why| format!("the BATCH {why}, as in 16:0.05"))?;
-    let tolerance = values::tolerance(tolerance).map_err(|why| format!("the TOLERANCE {why}"))?;
+    let tolerance = values::positive(tolerance).map_err(|why| format!("the TOLERANCE {why}"))?;
     Ok(Some(Adaptive {
         batch,
         tolerance,
@@ -259,6 +267,7 @@ mod tests {
             ("light-samples", "3"),
             ("direct", "hemisphere"),
             ("roulette", "fixed:0.5"),
+            ("clamp-indirect", "2.5"),
             ("depth", "2"),
             ("adaptive", "4:0.1"),
             ("tolerance", "0.3"),

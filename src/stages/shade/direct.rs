@@ -34,9 +34,33 @@ pub fn run(
             block.draw::<4>(&context.sampler, dimension);
             light_by_row(context, block, k, rays);
         }
+        if !context.features.has(Features::HEMISPHERE) {
+            thin(context, depth, dimension, block, rays);
+        }
         n = append(block, rays, shadows, n);
     }
     n
+}
+
+/// Bounds what lights may add, and drops the rays that are not worth it.
+#[inline(always)]
+fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut Outgoing) {
+    let transport = &context.transport;
+    if transport.clamps(depth + 1) {
+        for i in (0..block.len).step_by(Vec4::WIDTH) {
+            let value = transport.clamped::<Vec4>(depth + 1, get(&rays.value, i));
+            set(&mut rays.value, i, value);
+        }
+    }
+    if let Some(worth) = &transport.worth {
+        // All rows, and not only those at hand: whole loops become vector instructions.
+        let rate = block.pixel.map(|pixel| worth.rate(pixel));
+        let lot: [f32; ROWS] = std::array::from_fn(|i| context.sampler.lot(block.pixel[i], block.index[i], dimension));
+        for i in 0..ROWS {
+            let value: V3<f32> = get(&rays.value, i);
+            set(&mut rays.value, i, transport.thinned(rate[i], lot[i], value));
+        }
+    }
 }
 
 /// The light that sample `k` asks in every row, and how often, if it is the same and of a shape that is sampled four at a time.

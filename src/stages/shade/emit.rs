@@ -46,7 +46,7 @@ fn emit(context: &Context, depth: u32, row: usize, input: &In, samples: &mut Sam
     } else {
         Vec3::new(paths.beta_r[row], paths.beta_g[row], paths.beta_b[row])
     };
-    let value = beta * found.light.radiance * weight;
+    let value = context.transport.clamped(depth, V3::from(beta * found.light.radiance * weight));
     samples.r[slot] += value.x;
     samples.g[slot] += value.y;
     samples.b[slot] += value.z;
