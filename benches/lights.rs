@@ -1,7 +1,8 @@
 //! What choosing among lights is worth: efficiency, 1 / (variance × processor time), of ways to choose a light and a point on it.
 //!
 //! `cargo bench --bench lights [-- SCENE…]` prints a table in Markdown. Ways take turns, each with a seed of its own; ratios to the first way
-//! are medians of rounds, with quartiles. Variance is that of a sample, over the picture's mean squared, averaged over all pixels.
+//! are medians of rounds, with quartiles. Variance is that of a sample, over the picture's mean squared, averaged over all pixels. Of lamps and shards,
+//! direct light alone is rendered: that the camera sees them would drown what is asked.
 //! Scenes: `lamps N` is a floor with blocks under a grid of N lamps, rectangles and spheres whose powers span three orders of
 //! magnitude; `shards N` has the same grid as one emissive mesh; then scenes with few lights.
 
@@ -13,7 +14,7 @@ use comber::bench::statistics::Quartiles;
 use comber::bvh::Accel;
 use comber::drive::{self, Unobserved};
 use comber::film::picture::Picture;
-use comber::options::{self, LightSampling, LightSelection, Normals, RenderOptions};
+use comber::options::{self, Integrator, LightSampling, LightSelection, Normals, RenderOptions, Sampler};
 use comber::plan::Plan;
 use comber::sampling::random::uniform4;
 use comber::scene::camera::Camera;
@@ -90,6 +91,8 @@ fn contest(args: &Args, name: &str, ways: &[Way], make: impl Fn() -> Option<(Sce
             light_sampling,
             light_samples,
             aovs: true,
+            integrator: if name.contains(' ') { Integrator::OneBounce } else { Integrator::Path },
+            sampler: Sampler::Independent,
             threads: Some(1),
             ..RenderOptions::default()
         };

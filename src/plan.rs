@@ -179,6 +179,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         Roulette::Throughput { start } => transport.continues(start),
         Roulette::Efficiency { .. } => true,
     };
+    let by_efficiency = matches!(options.roulette, Roulette::Efficiency { .. });
     let aovs = FilmLayout::new(options).aovs;
     let shows_normals = options.integrator == Integrator::Normals || aovs;
     Features::TRANSPORT.when(light)
@@ -192,7 +193,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::LOOK_BACK.when(shadow && continues && transport.looks_back())
         | Features::HEMISPHERE.when(shadow && options.direct == Direct::Hemisphere)
         | Features::ROULETTE.when(continues && can_end)
-        | Features::EFFICIENCY.when(continues && matches!(options.roulette, Roulette::Efficiency { .. }))
+        | Features::EFFICIENCY.when(by_efficiency && (continues || shadow && options.direct != Direct::Hemisphere))
         | Features::AOVS.when(aovs)
         | Features::COST.when(options.integrator == Integrator::BvhCost)
         | Features::HITS.when(options.integrator != Integrator::BvhCost)

@@ -100,6 +100,8 @@ struct Path {
     origin: V3<f32>,
     direction: V3<f32>,
     beta: V3<f32>,
+    /// 1 / δ: what rays must be worth.
+    rate: f32,
     /// Density with which `direction` was drawn.
     pdf: f32,
     /// Shading normal of the surface it left.
@@ -148,6 +150,7 @@ impl<'a> Tracer<'a> {
             origin: self.lens.origin.into(),
             direction: self.lens.direction(x as f32 + u, y as f32 + v),
             beta: V3::new(1.0, 1.0, 1.0),
+            rate: self.transport.worth.as_ref().map_or(0.0, |worth| worth.rate(x, y)),
             pdf: 0.0,
             normal: V3::new(0.0, 0.0, 0.0),
             radiance: V3::new(0.0, 0.0, 0.0),
@@ -159,11 +162,8 @@ impl<'a> Tracer<'a> {
             sample.radiance = [visits as f32; 3];
             return sample;
         }
-        for depth in 0.. {
-            if !self.vertex(depth, &mut path, &mut sample, rays) {
-                break;
-            }
-        }
+        // Vertex after vertex, until one ends the path.
+        (0..).take_while(|&depth| self.vertex(depth, &mut path, &mut sample, rays)).count();
         if transport::simulates_light(self.options.integrator) {
             sample.radiance = [path.radiance.x, path.radiance.y, path.radiance.z];
         }
@@ -256,7 +256,7 @@ impl<'a> Tracer<'a> {
         if value.is_zero() {
             return rays.witness.saw(|| Event::FacesAway { id });
         }
-        let value = transport.by_lot(&self.sampler, place, transport.clamped(depth + 1, value));
+        let value = transport.by_lot(&self.sampler, place, path.rate, transport.clamped(depth + 1, value));
         if value.is_zero() {
             return rays.witness.saw(|| Event::NotAsked { id });
         }
@@ -282,7 +282,7 @@ impl<'a> Tracer<'a> {
         let random = self.sampler.draw(path.pixel, path.index, self.transport.dimensions.bounce(depth));
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
-        let survival = self.transport.survival(depth, path.pixel, beta);
+        let survival = self.transport.survival(depth, path.rate, beta);
         let carries = beta.max_component() > 0.0;
         rays.witness.saw(|| Event::Bounce { pdf: drawn.pdf, beta, survival, lot: random[2] });
         if !carries || random[2] >= survival {

@@ -178,17 +178,17 @@ impl Transport {
 
     /// The same with a lot of its own for the decision at `place`: pixel, sample, dimension.
     #[inline(always)]
-    pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], value: V3<f32>) -> V3<f32> {
+    pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], rate: f32, value: V3<f32>) -> V3<f32> {
         let lot = || sampler.lot(pixel, index, dimension);
-        self.worth.as_ref().map_or(value, |worth| self.thinned(worth.rate(pixel), lot(), value))
+        self.worth.as_ref().map_or(value, |_| self.thinned(rate, lot(), value))
     }
 
-    /// Probability that a path of `pixel` goes on from vertex `depth` with throughput `beta`.
+    /// Probability that a path goes on from vertex `depth` with throughput `beta`, where 1 / δ is `rate` ([`Worth`]).
     #[inline(always)]
-    pub fn survival(&self, depth: u32, pixel: u32, beta: V3<f32>) -> f32 {
+    pub fn survival(&self, depth: u32, rate: f32, beta: V3<f32>) -> f32 {
         match self.roulette {
             Roulette::Efficiency { .. } => {
-                self.worth.as_ref().map_or(1.0, |worth| worth.of_path(pixel, beta.max_component()))
+                self.worth.as_ref().map_or(1.0, |worth| worth.of_path(rate, beta.max_component()))
             }
             Roulette::Fixed(p) if depth >= 1 => p,
             Roulette::Throughput { start } if depth >= start => beta.max_component().min(0.95),

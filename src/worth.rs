@@ -19,11 +19,6 @@ const PARTS: u32 = 16;
 /// How a frame is cut into square parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
-    /// Pixels across the frame.
-    width: u32,
-    /// 2⁶⁴ / `width`, rounded up: divides any 32-bit number exactly (Lemire, Kaser & Kurz, *Faster Remainder by Direct
-    /// Computation*, 2019), in a fraction of a division's time.
-    reciprocal: u128,
     /// Pixels along the side of a part: 2 to this power.
     shift: u32,
     /// Parts side by side.
@@ -38,20 +33,11 @@ impl Parts {
         let (width, height) = (options.width, options.height);
         let shift = width.max(height).div_ceil(PARTS).next_power_of_two().ilog2();
         let along = |pixels: u32| pixels.div_ceil(1 << shift);
-        Parts {
-            width,
-            reciprocal: (1u128 << 64).div_ceil(u128::from(width)),
-            shift,
-            across: along(width),
-            down: along(height),
-        }
+        Parts { shift, across: along(width), down: along(height) }
     }
 
-    /// The part of a pixel (its number in the frame, row by row).
-    #[inline(always)]
-    pub fn part(self, pixel: u32) -> usize {
-        let y = ((self.reciprocal * u128::from(pixel)) >> 64) as u32;
-        let x = pixel - y * self.width;
+    /// The part of a pixel of the frame.
+    pub fn part(self, x: u32, y: u32) -> usize {
         ((y >> self.shift) * self.across + (x >> self.shift)) as usize
     }
 
@@ -78,16 +64,15 @@ pub struct Worth {
 }
 
 impl Worth {
-    /// 1 / δ where `pixel` is.
-    #[inline(always)]
-    pub fn rate(&self, pixel: u32) -> f32 {
-        self.rates[self.parts.part(pixel)]
+    /// 1 / δ where a pixel of the frame is.
+    pub fn rate(&self, x: u32, y: u32) -> f32 {
+        self.rates[self.parts.part(x, y)]
     }
 
-    /// Probability with which a path of throughput β (brightest channel) goes on.
+    /// Probability with which a path of throughput β (brightest channel) goes on where 1 / δ is `rate`.
     #[inline(always)]
-    pub fn of_path(&self, pixel: u32, beta: f32) -> f32 {
-        let survival = survival(self.rate(pixel), beta * self.incoming);
+    pub fn of_path(&self, rate: f32, beta: f32) -> f32 {
+        let survival = survival(rate, beta * self.incoming);
         if beta < LITTLE { survival.min(beta / LITTLE).max(1.0 / MOST) } else { survival }
     }
 }
@@ -110,7 +95,7 @@ mod tests {
             assert!(parts.across.max(parts.down) <= PARTS, "{parts:?}");
             let mut met = vec![false; (parts.across * parts.down) as usize];
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-                let part = parts.part(y * width + x);
+                let part = parts.part(x, y);
                 let [left, top] = parts.corner(part as u32);
                 assert!((left..left + parts.side()).contains(&x) && (top..top + parts.side()).contains(&y));
                 met[part] = true;
@@ -122,14 +107,20 @@ mod tests {
     #[test]
     fn what_is_worth_its_ray_is_traced() {
         let parts = Parts::of(&RenderOptions { width: 32, height: 2, ..RenderOptions::default() });
-        let mut rates = vec![f32::INFINITY; (parts.across * parts.down) as usize];
-        rates[0] = 0.25;
-        let worth = Worth { parts, rates, incoming: 0.5 };
-        assert_eq!((worth.of_path(0, 16.0), worth.of_path(0, 2.0), worth.of_path(0, 0.0)), (1.0, 0.25, 1.0 / MOST));
-        assert_eq!(worth.of_path(0, 3.0), 0.375);
+        let worth = Worth { parts, rates: Vec::new(), incoming: 0.5 };
+        const NO_NOISE: f32 = f32::INFINITY;
+        let nan = f32::NAN;
+        assert_eq!(
+            (worth.of_path(0.25, 16.0), worth.of_path(0.25, 2.0), worth.of_path(0.25, 0.0)),
+            (1.0, 0.25, 1.0 / MOST)
+        );
+        assert_eq!(worth.of_path(0.25, 3.0), 0.375);
         // No noise to be saved: everything is traced. Values that are not numbers are, too.
-        assert_eq!((worth.of_path(31, 2e-3), worth.of_path(31, f32::NAN), worth.of_path(0, f32::NAN)), (1.0, 1.0, 1.0));
+        assert_eq!(
+            (worth.of_path(NO_NOISE, 2e-3), worth.of_path(NO_NOISE, nan), worth.of_path(0.25, nan)),
+            (1.0, 1.0, 1.0)
+        );
         // But no path goes on for ever.
-        assert_eq!((worth.of_path(31, 0.5 / 1024.0), worth.of_path(31, 0.0)), (0.5, 1.0 / MOST));
+        assert_eq!((worth.of_path(NO_NOISE, 0.5 / 1024.0), worth.of_path(NO_NOISE, 0.0)), (0.5, 1.0 / MOST));
     }
 }

@@ -153,6 +153,9 @@ fn what_is_not_needed_is_not_there() {
         let mis = shadows && continues && options.direct == Direct::Mis;
         assert_eq!((has(plan, "path.pdf"), has(plan, "next.pdf")), (mis, mis), "{what}: pdf");
         assert_eq!(has(plan, "next.roulette"), roulette, "{what}: roulette");
+        let asks = continues || shadows && options.direct != Direct::Hemisphere;
+        let by_worth = asks && matches!(options.roulette, Roulette::Efficiency { .. });
+        assert_eq!(has(plan, "sample.rate"), by_worth, "{what}: what rays must be worth");
         assert!(!has(plan, "path.roulette"), "{what}: used up before");
         assert_eq!(has(plan, "path.beta_r"), shadows || continues, "{what}: β");
         let first_hits = options.aovs && !cost;
@@ -195,7 +198,7 @@ fn allocated(wave: &Wave) -> Vec<(String, usize)> {
         };
     }
     let mut all = columns! {
-        "sample", wave.samples => pixel index r g b albedo_r albedo_g albedo_b normal_x normal_y normal_z depth;
+        "sample", wave.samples => pixel index rate r g b albedo_r albedo_g albedo_b normal_x normal_y normal_z depth;
         "path", wave.paths => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf nx ny nz roulette;
         "next", wave.next => ox oy oz dx dy dz slot beta_r beta_g beta_b pdf nx ny nz roulette;
         "hit", wave.hits => t u v prim geom;

@@ -3,6 +3,7 @@
 use super::Ready;
 use comber::film::tile::{FilmLayout, Tile, tiles};
 use comber::options::{Cell, RenderOptions};
+use comber::pilot;
 use comber::plan::Plan;
 use comber::sampling::sampler::Sampler;
 use comber::simd::Tier;
@@ -26,11 +27,12 @@ impl<'a> Pipeline<'a> {
         const SAMPLES: u32 = 16;
         const BLOCK: usize = 16;
         let plan = Plan::new(&ready.scene, &ready.accel, options).expect("a sound plan");
+        let worth = pilot::measure(&ready.scene, &ready.accel, &ready.camera, options);
         let context = Context {
             scene: &ready.scene,
             accel: &ready.accel,
             lens: ready.camera.lens(options.width, options.height),
-            transport: Transport::new(options, &ready.scene.lights),
+            transport: Transport { worth, ..Transport::new(options, &ready.scene.lights) },
             features: plan.features,
             sampler: Sampler::new(options),
             tier,

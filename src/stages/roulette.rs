@@ -2,7 +2,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | reads | `next.*`, and `sample.pixel` through `next.slot` where roulette is by efficiency |
+//! | reads | `next.*`, and `sample.rate` through `next.slot` where roulette is by efficiency |
 //! | writes | `path.*` |
 //! | consumes | paths as shade left them, dead ones among them |
 //! | produces | live paths, dense and in the same order |
@@ -24,7 +24,7 @@ use bumpalo::Bump;
 /// Its facts.
 pub const STAGE: Stage = Stage {
     name: "roulette",
-    reads: &[("next.*", Features::ALWAYS), ("sample.pixel", Features::EFFICIENCY)],
+    reads: &[("next.*", Features::ALWAYS), ("sample.rate", Features::EFFICIENCY)],
     writes: &[("path.*", Features::ALWAYS)],
     requires: Features::CONTINUE,
 };
@@ -48,8 +48,8 @@ pub fn run(context: &Context, depth: u32, n: usize, input: In, paths: &mut Paths
     for row in 0..n {
         let beta = V3::new(next.beta_r[row], next.beta_g[row], next.beta_b[row]);
         let brightest = beta.max_component();
-        let pixel = if efficiency { samples.pixel[next.slot[row] as usize] } else { 0 };
-        let survival = context.transport.survival(depth, pixel, beta);
+        let rate = if efficiency { samples.rate[next.slot[row] as usize] } else { 0.0 };
+        let survival = context.transport.survival(depth, rate, beta);
         let goes_on = brightest > 0.0 && !(random && next.roulette[row] >= survival);
         survivors[live] = row as u32;
         scales[live] = 1.0 / survival;

@@ -10,6 +10,8 @@ columns! {
         pixel: u32 => Features::ALWAYS;
         /// index of the sample within the pixel; seeds the random numbers
         index: u32 => Features::ALWAYS;
+        /// 1 / δ where the pixel is: what rays must be worth, per radiance
+        rate: f32 => Features::EFFICIENCY;
         /// radiance gathered so far, red (W·sr⁻¹·m⁻²)
         r: f32 => Features::ALWAYS;
         /// radiance gathered so far, green

@@ -5,6 +5,7 @@ use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::sampler::Sampler;
 use crate::stages::Context;
 use crate::transport::Vertex;
+use crate::wave::features::Features;
 use crate::wave::samples::Samples;
 
 /// Rows a block. Measured on the Cornell box with spheres: 32 to 256 are equal within noise.
@@ -26,6 +27,8 @@ pub struct Block {
     pub pixel: [u32; ROWS],
     /// Sample index, for random numbers.
     pub index: [u32; ROWS],
+    /// What rays must be worth: 1 / δ.
+    pub rate: Column,
     /// Primitive.
     pub prim: [u32; ROWS],
     /// Throughput β.
@@ -78,6 +81,7 @@ impl Default for Block {
             slot: [0; ROWS],
             pixel: [0; ROWS],
             index: [0; ROWS],
+            rate: zero,
             prim: [0; ROWS],
             beta: [zero; 3],
             albedo: [zero; 3],
@@ -102,6 +106,7 @@ impl Block {
         let (paths, hits) = (input.paths, input.hits);
         let scene = context.scene;
         let shapes = &scene.shapes;
+        let efficiency = context.features.has(Features::EFFICIENCY);
         self.len = rows.len();
         self.sphere_count = 0;
         for (i, &row) in rows.iter().enumerate() {
@@ -110,6 +115,9 @@ impl Block {
             self.slot[i] = slot;
             self.pixel[i] = samples.pixel[slot as usize];
             self.index[i] = samples.index[slot as usize];
+            if efficiency {
+                self.rate[i] = samples.rate[slot as usize];
+            }
             put(&mut self.beta, i, [paths.beta_r[row], paths.beta_g[row], paths.beta_b[row]]);
             let direction = [paths.dx[row], paths.dy[row], paths.dz[row]];
             put(&mut self.direction, i, direction);

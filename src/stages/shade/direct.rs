@@ -52,13 +52,12 @@ fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut
             set(&mut rays.value, i, value);
         }
     }
-    if let Some(worth) = &transport.worth {
+    if context.features.has(Features::EFFICIENCY) {
         // All rows, and not only those at hand: whole loops become vector instructions.
-        let rate = block.pixel.map(|pixel| worth.rate(pixel));
         let lot: [f32; ROWS] = std::array::from_fn(|i| context.sampler.lot(block.pixel[i], block.index[i], dimension));
         for i in 0..ROWS {
             let value: V3<f32> = get(&rays.value, i);
-            set(&mut rays.value, i, transport.thinned(rate[i], lot[i], value));
+            set(&mut rays.value, i, transport.thinned(block.rate[i], lot[i], value));
         }
     }
 }

@@ -40,6 +40,7 @@ pub const STAGE: Stage = Stage {
         ("hit.*", Features::ALWAYS),
         ("sample.pixel", Features::SCATTER),
         ("sample.index", Features::SCATTER),
+        ("sample.rate", Features::EFFICIENCY),
         ("sample.r", Features::ALWAYS),
         ("sample.g", Features::ALWAYS),
         ("sample.b", Features::ALWAYS),
@@ -88,12 +89,6 @@ pub struct Counts {
 
 /// Shades the first `n` rows, all at vertex `depth`.
 pub fn run(context: &Context, depth: u32, n: usize, input: In, out: Out, scratch: &Bump) -> Counts {
-    if depth == 0 {
-        first_hit::run(context, n, &input, out.samples);
-    }
-    if !context.features.has(Features::TRANSPORT) {
-        return Counts::default();
-    }
     context.tier.run(Shade { context, depth, n, input, out, scratch })
 }
 
@@ -114,12 +109,21 @@ impl Kernel for Shade<'_, '_> {
         let Shade { context, depth, n, input, out, scratch } = self;
         let transport = &context.transport;
         let (direct, continues) = (transport.counts_direct(depth), transport.continues(depth));
-        let queue = scratch.alloc_slice_fill_copy(n, 0u32);
-        let scattering = emit::run(context, depth, n, &input, out.samples, queue);
+        let light = context.features.has(Features::TRANSPORT);
+        let blocks = light && (direct || continues);
+        if depth == 0 {
+            first_hit::run(context, n, &input, out.samples, blocks);
+        }
         let mut counts = Counts::default();
-        if !(direct || continues) {
+        if !light {
             return counts;
         }
+        let queue = scratch.alloc_slice_fill_copy(n, 0u32);
+        let scattering = emit::run(context, depth, n, &input, out.samples, queue);
+        if !blocks {
+            return counts;
+        }
+        let first_hits = depth == 0 && context.features.has(Features::AOVS);
         counts.scattering = scattering;
         let (block, rays) = (scratch.alloc(Block::default()), scratch.alloc(Outgoing::default()));
         let queue = &queue[..scattering];
@@ -132,6 +136,9 @@ impl Kernel for Shade<'_, '_> {
             ahead.corners(&input, later(1, at));
             block.gather(context, rows, &input, out.samples);
             surface::run(context, block, rows.len());
+            if first_hits {
+                first_hit::normals(block, out.samples);
+            }
             if direct {
                 counts.shadows = direct::run(context, depth, block, rays, out.shadows, counts.shadows);
             }
