@@ -82,7 +82,7 @@ pub enum LightSampling {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightSelection {
-    /// Each if they are few, else by their power.
+    /// Each if they are few, else by the tree.
     #[default]
     Auto,
     /// Each light.

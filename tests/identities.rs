@@ -190,7 +190,7 @@ fn room_of_squares(n: u32, as_mesh: bool) -> Ready {
 #[test]
 fn many_lights_agree_with_one_mesh_of_them() {
     let mut family = Family::new("lights and a mesh of them");
-    // 16 are all asked, 25 are drawn by power.
+    // 16 are all asked, 25 and the mesh's triangles are drawn by the tree.
     for (n, light_samples) in [(4, 1), (5, 1), (5, 2)] {
         let (lights, mesh) = (room_of_squares(n, false), room_of_squares(n, true));
         assert_eq!((lights.scene.lights.len() as u32, mesh.scene.lights.len()), (n * n, 1));
@@ -206,7 +206,7 @@ fn many_lights_agree_with_one_mesh_of_them() {
 
 #[test]
 fn lights_of_different_radiance_agree_with_what_rays_find() {
-    // 25 lights, so drawn by power; every fifth is dark and must not be asked.
+    // 25 lights, so drawn by the tree; every fifth is dark and must not be asked.
     let mut ready = room_of_squares(5, false);
     for (i, light) in ready.scene.lights.iter_mut().enumerate() {
         light.radiance = Vec3::new(1.0, 0.5, 0.1) * (i % 5) as f32;

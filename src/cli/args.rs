@@ -542,7 +542,7 @@ pub(super) const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
 ];
 
 pub(super) const LIGHT_SELECTIONS: &[(&str, &str, LightSelection)] = &[
-    ("auto", "each of up to 16, else by their power", LightSelection::Auto),
+    ("auto", "each of up to 16; of more, and of meshes that emit, by the tree", LightSelection::Auto),
     ("each", "each light, a mesh being one", LightSelection::Each),
     ("power", "at most 16 lights, drawn by their power", LightSelection::Power),
     (
