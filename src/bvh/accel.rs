@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::aabb::Aabb;
 use super::brute::Brute;
+use super::build::Tell;
 use super::bvh4::Bvh4;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 use super::ray::{Hit, Ray};
@@ -29,8 +30,13 @@ pub enum Accel {
 impl Accel {
     /// Builds the structure asked for. It keeps no reference to `shapes`.
     pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Accel> {
+        Accel::build_watched(shapes, options, &|_, _| {})
+    }
+
+    /// As [`Accel::build`], and tells how far it has come.
+    pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
         match options.kind {
-            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes, options)?)),
+            options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build_watched(shapes, options, tell)?)),
             options::Accel::Brute => {
                 let start = Instant::now();
                 let brute = Brute::build(shapes, options.intersection);

@@ -29,7 +29,7 @@ mod watertight;
 pub use aabb::Aabb;
 pub use accel::{Accel, SingleRay};
 pub use brute::Brute;
-pub use build::peak_bytes;
+pub use build::{Tell, peak_bytes};
 pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 pub(crate) use grid_node4::Grid;

@@ -102,8 +102,11 @@ impl Wanted<'_> {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
             complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));
         }
-        let (accel, build) = phase("building", !self.report.quiet, || Accel::build(self.shapes, &options))?;
-        seconds.build = build;
+        let start = Instant::now();
+        let progress = Progress::new("building", 1, !self.report.quiet);
+        let accel = Accel::build_watched(self.shapes, &options, &|done, all| progress.set_of(done, all))?;
+        progress.finish();
+        seconds.build = start.elapsed().as_secs_f64();
         Ok((accel, memory.done()))
     }
 

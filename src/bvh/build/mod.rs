@@ -19,6 +19,7 @@
 mod binning;
 mod bvh2;
 mod collapse;
+mod course;
 mod emit;
 mod format;
 mod fragment;
@@ -47,6 +48,8 @@ use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 use bvh2::Binary;
 use collapse::Collapse;
+pub use course::Tell;
+use course::{Course, Step};
 use emit::Skeleton;
 use fragment::Fragment;
 use morton::Curve;
@@ -55,6 +58,11 @@ use top_down::TopDown;
 impl Bvh4 {
     /// Builds the tree over all primitives; an error if there are more than references can address.
     pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Bvh4> {
+        Bvh4::build_watched(shapes, options, &|_, _| {})
+    }
+
+    /// As [`Bvh4::build`], and tells how far it has come.
+    pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
         let start = Instant::now();
         let prims = shapes.prim_count();
         // In the worst case each primitive has a block of its own.
@@ -75,6 +83,7 @@ impl Bvh4 {
                 tier: Tier::detect(Simd::Auto)?,
                 clock: Clock(start),
                 phases: PhaseSeconds::default(),
+                course: Course::new(tell, prims, options.quality),
             }
             .run()?,
         };
@@ -103,6 +112,7 @@ struct Build<'a> {
     tier: Tier,
     clock: Clock,
     phases: PhaseSeconds,
+    course: Course<'a>,
 }
 
 impl Build<'_> {
@@ -110,6 +120,7 @@ impl Build<'_> {
         let binary = self.binary();
         let plan = Collapse::plan(&binary, self.shapes.triangles.len() as u32, self.scale);
         self.phases.collapse = self.clock.lap();
+        self.course.add_all(Step::Collapse);
         let mut skeleton = Skeleton::new(&binary.nodes, &plan);
         let order = binary.order;
         drop((binary.nodes, plan));
@@ -117,6 +128,7 @@ impl Build<'_> {
         let full = std::mem::take(&mut skeleton.nodes);
         let (nodes, sah_cost) = format::store(&full, &self.options, self.scale)?;
         drop(full);
+        self.course.add_parts(Step::Emit, 0..1, 2);
         let mut bvh = Bvh4 {
             nodes,
             triangles: emit::triangle_blocks(&skeleton.triangles, &order, self.shapes),
@@ -127,6 +139,7 @@ impl Build<'_> {
         };
         bvh.stats.depth = skeleton.depth;
         bvh.stats.sah_cost = sah_cost;
+        self.course.add_parts(Step::Emit, 1..2, 2);
         self.phases.emit = self.clock.lap();
         bvh.stats.phase_seconds = self.phases;
         Ok(bvh)
@@ -140,8 +153,9 @@ impl Build<'_> {
             Some(curve) => curve.fragments(shapes),
             None => fragment::fragments(shapes),
         };
+        self.course.add_all(Step::Fragments);
         self.phases.fragments = self.clock.lap();
-        let builder = TopDown { triangles: shapes.triangles.len() as u32, scale, tier };
+        let builder = TopDown { triangles: shapes.triangles.len() as u32, scale, tier, course: &self.course };
         let nodes = builder.build(&mut fragments, curve.as_ref().map(Curve::whole));
         drop(curve);
         let order = fragments.par_iter().map(Fragment::prim).collect();
@@ -151,7 +165,7 @@ impl Build<'_> {
             Quality::Fast | Quality::Default => &reinsertion::LITTLE,
             Quality::Best => &reinsertion::MUCH,
         };
-        let binary = reinsertion::improve(Binary { nodes, order }, effort, scale, tier);
+        let binary = reinsertion::improve(Binary { nodes, order }, effort, scale, tier, &self.course);
         self.phases.reinsertion = self.clock.lap();
         binary
     }

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::bvh2::Binary;
+use super::course::{Course, Step};
 use super::linked::{Linked, NONE};
 use crate::simd::{Kernel, Tier};
 
@@ -34,10 +35,10 @@ const MOST_STEPS: u32 = 1 << 12;
 const CHUNK: usize = 64;
 
 /// Gives a tree of the same leaves and a smaller sum of areas; or the same tree, if the better one would be too deep.
-pub fn improve(binary: Binary, effort: &Effort, scale: f32, tier: Tier) -> Binary {
+pub fn improve(binary: Binary, effort: &Effort, scale: f32, tier: Tier, course: &Course) -> Binary {
     let mut linked = Linked::of_largest(&binary.nodes, effort.nodes, scale);
     let mut area = linked.area(scale);
-    for _ in 0..effort.rounds {
+    for round in 1..=u64::from(effort.rounds) {
         let candidates: Vec<u32> = (0..linked.len() as u32).collect();
         let mut moves: Vec<Move> = candidates
             .par_chunks(CHUNK)
@@ -45,10 +46,12 @@ pub fn improve(binary: Binary, effort: &Effort, scale: f32, tier: Tier) -> Binar
             .collect();
         moves.par_sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         make(&mut linked, &moves);
+        course.add_parts(Step::Reinsertion, round - 1..round, effort.rounds.into());
         let new_area = linked.area(scale);
         let gain = area - new_area;
         area = new_area;
         if gain < effort.least_gain * area {
+            course.add_parts(Step::Reinsertion, round..effort.rounds.into(), effort.rounds.into());
             break;
         }
     }

@@ -4,11 +4,14 @@ use glam::Vec3;
 
 use super::binning::Bins;
 use super::bvh2::{Binary, Node2};
+use super::course::Course;
 use super::fragment::{Extent, Fragment};
 use super::linked::{Linked, NONE};
 use super::reinsertion::{MUCH, best_move, improve};
 use super::top_down::TopDown;
+use crate::bvh::Bvh4;
 use crate::bvh::aabb::Aabb;
+use crate::options::{AccelOptions, Quality};
 use crate::simd::Tier;
 
 /// Small boxes and a few large ones in the unit cube.
@@ -27,11 +30,31 @@ fn random_fragments(count: u32) -> Vec<Fragment> {
     (0..count).map(&mut fragment).collect()
 }
 
+fn silent() -> Course<'static> {
+    Course::new(&|_, _| {}, 0, Quality::Default)
+}
+
 /// A tree over some, and how many of them are to be triangles.
 pub fn random_tree(count: u32) -> (Binary, u32) {
     let (mut fragments, triangles) = (random_fragments(count), count - count / 10);
-    let nodes = TopDown { triangles, scale: 1.0, tier: Tier::Baseline }.build(&mut fragments, None);
+    let nodes = TopDown { triangles, scale: 1.0, tier: Tier::Baseline, course: &silent() }.build(&mut fragments, None);
     (Binary { nodes, order: fragments.iter().map(Fragment::prim).collect() }, triangles)
+}
+
+#[test]
+fn builds_tell_how_far_they_have_come() {
+    let soup = crate::scene::procedural::generate("proc:soup,tris=50k").unwrap();
+    let shapes = crate::scene::Scene::build(soup, Default::default()).unwrap().shapes;
+    for quality in [Quality::Fast, Quality::Default, Quality::Best] {
+        let told = std::sync::Mutex::new(Vec::new());
+        let tell = |done, all| told.lock().unwrap().push((done, all));
+        Bvh4::build_watched(&shapes, &AccelOptions { quality, ..AccelOptions::default() }, &tell).unwrap();
+        let told = told.into_inner().unwrap();
+        let most = told.iter().map(|&(done, _)| done).max();
+        assert_eq!(most, Some(told[0].1), "{quality:?}: all of it in the end");
+        assert!(told.iter().all(|&(done, all)| done <= all && all == told[0].1), "{quality:?}");
+        assert!(told.len() > 10, "{quality:?}: by and by");
+    }
 }
 
 #[test]
@@ -47,7 +70,7 @@ fn many_fragments_are_split_like_few() {
 fn tiers_build_the_same_tree() {
     let build = |tier| {
         let mut fragments = random_fragments(20_000);
-        let nodes = TopDown { triangles: 20_000, scale: 1.0, tier }.build(&mut fragments, None);
+        let nodes = TopDown { triangles: 20_000, scale: 1.0, tier, course: &silent() }.build(&mut fragments, None);
         (format!("{nodes:?}"), fragments.iter().map(Fragment::prim).collect::<Vec<_>>())
     };
     let expected = build(Tier::Baseline);
@@ -74,7 +97,7 @@ fn reinsertion_keeps_all_primitives_and_makes_the_tree_smaller() {
     let (binary, _) = random_tree(20_000);
     let before = checked_area(&binary.nodes);
     let (nodes, mut prims) = (binary.nodes.len(), binary.order.clone());
-    let better = improve(binary, &MUCH, 1.0, Tier::Baseline);
+    let better = improve(binary, &MUCH, 1.0, Tier::Baseline, &silent());
     let after = checked_area(&better.nodes);
     assert_eq!(better.nodes.len(), nodes);
     assert!(after < 0.95 * before, "{before} → {after}");

@@ -2,6 +2,7 @@
 
 use super::binning::{Bins, Split};
 use super::bvh2::{Forest, Node2};
+use super::course::{Course, Step};
 use super::fragment::{self, CHUNK, Extent, Fragment};
 use super::morton::Stretch;
 use super::partition::{halve, partition, partition_many};
@@ -18,17 +19,19 @@ const BY_CURVE: usize = 32;
 const MEDIAN_FROM: u32 = MAX_DEPTH - 32;
 
 /// What all subtrees share.
-#[derive(Clone, Copy, Debug)]
-pub struct TopDown {
+#[derive(Clone, Copy)]
+pub struct TopDown<'a> {
     /// Primitives below this are triangles, others spheres.
     pub triangles: u32,
     /// Scales boxes so that their areas neither overflow nor vanish.
     pub scale: f32,
     /// Instruction set; changes nothing but the time.
     pub tier: Tier,
+    /// Is told what is done.
+    pub course: &'a Course<'a>,
 }
 
-impl TopDown {
+impl TopDown<'_> {
     /// Builds the tree over `fragments` (at least one), sorting them into the order of its leaves.
     ///
     /// Without a `curve`, all splits are the cheapest. With one, in whose order the fragments are, sets are cut where
@@ -42,7 +45,9 @@ impl TopDown {
     fn parallel(&self, fragments: &mut [Fragment], curve: Option<Stretch>, extent: Extent, depth: u32) -> Forest {
         let count = fragments.len();
         if count < PARALLEL {
-            return Forest::Piece(self.tier.run(Subtree { builder: self, fragments, curve, extent, depth }));
+            let nodes = self.tier.run(Subtree { builder: self, fragments, curve, extent, depth });
+            self.course.add(Step::Binary, count);
+            return Forest::Piece(nodes);
         }
         if let Some(curve) = curve {
             let Some(middle) = curve.border() else {
@@ -101,7 +106,7 @@ fn half_here(fragments: &[Fragment], split: &Option<Split>, side: usize) -> Exte
 
 /// A subtree that one thread builds.
 struct Subtree<'a> {
-    builder: &'a TopDown,
+    builder: &'a TopDown<'a>,
     fragments: &'a mut [Fragment],
     curve: Option<Stretch<'a>>,
     extent: Extent,
