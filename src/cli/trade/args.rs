@@ -121,7 +121,8 @@ Reported are time (median and quartiles), rays a second, MSE and relMSE (epsilon
 MSE that is bias, efficiency 1/(MSE x time), the slope of MSE against samples, and which combinations no other beats. Noise \
 that the reference is known to have is taken off.
 
-Knobs:
+Knobs, with what they cost and gain (time and relative MSE, in units of those of the default, on two Cornell boxes and the dragon at 64 \
+samples; profiling/knobs.py measures it):
 KNOBS
 
 With --html or --csv, finished renders are kept in a folder beside the file (NAME.trade), as is a reference that was rendered; \

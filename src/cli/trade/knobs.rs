@@ -26,47 +26,47 @@ pub const SAMPLES: &str = "samples";
 pub const KNOBS: &[Knob] = &[
     Knob {
         name: SAMPLES,
-        help: "samples a pixel (-s): error² falls as 1/N, time grows as N",
+        help: "samples a pixel (-s): time × 0.28 and error² × 5.4 at 16, × 3.8 and × 0.19 at 256, of those at 64",
         set: |options, text| put(&mut options.samples, whole_in(text, 1..=MAX_SAMPLES)),
     },
     Knob {
         name: "light-samples",
-        help: "rays towards each light at each vertex (-l): less noise of direct light for more shadow rays",
+        help: "rays towards each light at each vertex (-l): 2 take × 1.33 for error² × 0.84, 4 × 1.65 for × 0.75",
         set: |options, text| put(&mut options.light_samples, whole_in(text, 1..=4096)),
     },
     Knob {
         name: "direct",
-        help: "hemisphere, light, bsdf, mis: how direct light is estimated; noise and time, not bias",
+        help: "hemisphere, light, bsdf, mis: no bias; light × 0.87 the time of mis where lamps are small; bsdf, hemisphere error² × 100 to 180",
         set: |options, text| put(&mut options.direct, chosen(DIRECTS, text)),
     },
     Knob {
         name: "light-sampling",
-        help: "area, solid-angle: less noise near lights for more time a shadow ray",
+        help: "area, solid-angle: × 1.21 the time for error² × 0.85; more near lamps",
         set: |options, text| put(&mut options.light_sampling, chosen(LIGHT_SAMPLINGS, text)),
     },
     Knob {
         name: "light-selection",
-        help: "auto, each, power, tree: which of many lights are asked; noise and time, not bias",
+        help: "auto, each, power, tree: no bias; tree 2 to 20 times as efficient as power among many lights, × 1.4 the time for one",
         set: |options, text| put(&mut options.light_selection, chosen(LIGHT_SELECTIONS, text)),
     },
     Knob {
         name: "sampler",
-        help: "independent, sobol, blue-noise: 2.5 times less error² at 64 samples of the Cornell box for the same time",
+        help: "independent, sobol, blue-noise: no time; error² of independent numbers × 3.2 of sobol",
         set: |options, text| put(&mut options.sampler, chosen(SAMPLERS, text)),
     },
     Knob {
         name: "replicates",
-        help: "sequences a pixel: standard errors that are right, for a quarter (4) or half (16) of what sobol gains",
+        help: "sequences a pixel: standard errors that are right, for error² × 1.35 (4) or × 2.0 (16) of sobol",
         set: |options, text| put(&mut options.replicates, values::power_of_two(text)),
     },
     Knob {
         name: "roulette",
-        help: "off, fixed:P, throughput[:START], efficiency[:FACTOR]: fewer rays for more noise, not bias",
+        help: "off, fixed:P, throughput[:START], efficiency[:FACTOR]: no bias; error² × rays of efficiency is 8 % less at depth 5, 25 % at 100",
         set: |options, text| put(&mut options.roulette, values::roulette(text)),
     },
     Knob {
         name: "clamp-indirect",
-        help: "off, RADIANCE: fewer fireflies for a picture that is too dark",
+        help: "off, RADIANCE: fewer fireflies for bias, and no time; Cornell boxes have none (1: nothing; 0.1: error² × 7)",
         set: |options, text| {
             let value = if text == "off" { Ok(None) } else { values::positive(text).map(Some) };
             put(&mut options.clamp_indirect, value)
@@ -74,12 +74,12 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "depth",
-        help: "the most bounces (-m): time for bias",
+        help: "the most bounces (-m): time for bias; 2 take × 0.54 for error² × 19, 20 × 1.02 for × 0.90 of those of 5",
         set: |options, text| put(&mut options.max_depth, whole_in(text, 0..=65536)),
     },
     Knob {
         name: "adaptive",
-        help: "off, BATCH:TOLERANCE: as -a; samples where the noise is, at the risk of bias",
+        help: "off, BATCH:TOLERANCE: as -a; the same precision everywhere, for error² × 2.2 at × 0.92 the time (16:0.1)",
         set: |options, text| {
             // As -a does: the rule has to know how far sequences are apart.
             if text != "off" && options.sampler != Sampler::Independent && options.replicates == 1 {
@@ -90,17 +90,17 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "tolerance",
-        help: "that of adaptive sampling: larger is faster, and noisier",
+        help: "that of adaptive sampling: 0.05 takes × 1.06 for error² × 0.91, 0.2 × 0.62 for × 2.1 of those of 0.1",
         set: |options, text| put(&mut rule(options)?.tolerance, values::positive(text)),
     },
     Knob {
         name: "confidence",
-        help: "z, t: the quantile of adaptive sampling; z stops earlier",
+        help: "z, t: the quantile of adaptive sampling; z stops earlier, by × 0.97 the time",
         set: |options, text| put(&mut rule(options)?.confidence, chosen(CONFIDENCES, text)),
     },
     Knob {
         name: "batch",
-        help: "samples between tests of adaptive sampling: small ones stop earlier, with more bias",
+        help: "samples between tests of adaptive sampling: 8 error² × 1.05, 32 × 0.94 of those of 16, at × 1.06 and × 1.02 the time",
         set: |options, text| {
             let (rule, batch) = (rule(options)?, whole_in(text, 1..=MAX_SAMPLES)?);
             // Unless another least number of samples was asked for, it is the batch.
@@ -113,37 +113,37 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "adaptive-tests",
-        help: "batches, doubling: fewer tests, fewer that are passed by luck, more samples",
+        help: "batches, doubling: fewer tests, fewer passed by luck; the same time, error² × 0.93",
         set: |options, text| put(&mut rule(options)?.tests, chosen(TESTS, text)),
     },
     Knob {
         name: "adaptive-trust",
-        help: "once, twice, halves: bias of stopping for samples",
+        help: "once, twice, halves: bias of stopping for samples; twice error² × 0.92, halves × 1.01 at the same time",
         set: |options, text| put(&mut rule(options)?.trust, chosen(TRUSTS, text)),
     },
     Knob {
         name: "adaptive-area",
-        help: "pixel, tile: a tile's interval is known better, and stops it without bias",
+        help: "pixel, tile: a tile's interval is known better, and stops it without bias; pixel × 0.94 the time, error² × 1.04",
         set: |options, text| put(&mut rule(options)?.area, chosen(AREAS, text)),
     },
     Knob {
         name: "intersection",
-        help: "fast, watertight: a ray in a million slips through for less time",
+        help: "fast, watertight: fast takes × 0.96 the time, and a ray in a million slips through",
         set: |options, text| put(&mut options.accel.intersection, chosen(INTERSECTIONS, text)),
     },
     Knob {
         name: "bvh",
-        help: "fast, default, best: time to build the tree for time to trace rays; the picture stays the same",
+        help: "fast, default, best: time to build for time to trace; × 1 on these scenes; the picture stays the same",
         set: |options, text| put(&mut tree(options)?.quality, chosen(QUALITIES, text)),
     },
     Knob {
         name: "nodes",
-        help: "auto, full, compact: memory and time; the picture stays the same",
+        help: "auto, full, compact: memory, and time × 1.04 with full ones; the picture stays the same",
         set: |options, text| put(&mut tree(options)?.nodes, chosen(NODE_FORMATS, text)),
     },
     Knob {
         name: "wave",
-        help: "paths that advance together: time alone; the picture stays the same",
+        help: "paths that advance together: 256 take × 1.35 the time of 8192; the picture stays the same",
         set: |options, text| put(&mut options.wave, whole_in(text, 1..=1 << 24).map(Some)),
     },
 ];
