@@ -10,7 +10,8 @@ Needs `pip install mitsuba numpy`, and an LLVM that Mitsuba can use: 15 is too o
 
 Time is rendering alone: comber's own account of it, and Mitsuba's render call once a first one has compiled its kernels
 (what that takes is told apart). Errors are variances between runs of different seeds, which need no reference; they are
-all of the error if the pictures have no bias, which the second table tests. The renderers take turns, so that a busy
+all of the error if the pictures have no bias, which the second table tests. relMSE and MSE are of pixels of which no sample sees
+the lamp, whole MSE is of all: there the lamp's edges weigh most. The renderers take turns, so that a busy
 machine slows both.
 """
 import argparse
@@ -174,12 +175,12 @@ def report(result, args):
     print(f"\n{result['scene']}, {width} × {height}, {args.depth} bounces, {args.threads} threads, {args.runs} turns: "
           "medians [quartiles]")
     print(f"{'':8} {'sampler':12} {'spp':>4} {'seconds':>8} {'[':>8}{']':>8} {'cpu':>8} {'relMSE':>9} {'MSE':>9} "
-          f"{'s × relMSE':>10}")
+          f"{'whole MSE':>10} {'s × relMSE':>10}")
     for row in result["rows"]:
         low, middle, high = np.quantile(row["seconds"], [0.25, 0.5, 0.75])
         print(f"{row['renderer']:8} {row['sampler']:12} {row['samples']:4} {middle:8.3f} {low:8.3f}{high:8.3f} "
               f"{np.median(row['cpu_seconds']):8.3f} {row['relMSE']:9.3e} {row['MSE']:9.3e} "
-              f"{middle * row['relMSE']:10.3e}")
+              f"{row['whole MSE']:10.3e} {middle * row['relMSE']:10.3e}")
     trial = sorted(result["trial"].items(), key=lambda item: item[1])
     print("Trial of Mitsuba's samplers, relMSE × cpu: " + ", ".join(f"{name} {product:.2e}" for name, product in trial))
     compiling = result["compiling_seconds"].items()
@@ -193,12 +194,12 @@ def report(result, args):
               f"{check['block_z']:17.2f} {check['squares']:8.3f}{doubt}")
 
     print(f"\nTime to equal error, Mitsuba over comber ({args.comber_samplers[0]})")
-    print(f"{'sampler':12} {'spp':>4} {'relMSE':>8} {'[':>8}{']':>8} {'by cpu':>8} {'MSE':>8} {'compiling':>10} "
+    print(f"{'sampler':12} {'spp':>4} {'relMSE':>8} {'[':>8}{']':>8} {'by cpu':>8} {'MSE':>8} {'whole MSE':>10} {'compiling':>10} "
           f"{'products':>9}")
     for row in result["ratios"]:
         low, middle, high = row["relMSE"]
-        others = [row[key][1] for key in ("relMSE_cpu", "MSE", "relMSE_compiling", "products")]
-        print("{:12} {:4} {:8.2f} {:8.2f}{:8.2f} {:8.2f} {:8.2f} {:10.2f} {:9.2f}".format(
+        others = [row[key][1] for key in ("relMSE_cpu", "MSE", "whole MSE", "relMSE_compiling", "products")]
+        print("{:12} {:4} {:8.2f} {:8.2f}{:8.2f} {:8.2f} {:8.2f} {:10.2f} {:10.2f} {:9.2f}".format(
             row["sampler"], row["samples"], middle, low, high, *others)
             + ("  beyond comber's runs: extrapolated" if row["extrapolated"] else ""))
 

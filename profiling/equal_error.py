@@ -17,10 +17,12 @@ class Row:
             column.append(value)
 
     def judge(self, truth, mask):
-        """Mean and variance of the runs; errors are the mean variance of the pixels in `mask`, and relative to `truth`."""
+        """Mean and variance of the runs; errors are the mean variance of the pixels in `mask`, and relative to `truth`; and that of all
+        pixels, edges of lamps among them."""
         self.mean, self.variance = np.mean(self.pictures, 0), np.var(self.pictures, 0, ddof=1)
         relative = self.variance / (truth**2 + EPSILON)
-        self.errors = {"relMSE": float(relative[mask].mean()), "MSE": float(self.variance[mask].mean())}
+        self.errors = {"relMSE": float(relative[mask].mean()), "MSE": float(self.variance[mask].mean()),
+                       "whole MSE": float(self.variance.mean())}
 
     def fields(self):
         return {"renderer": self.renderer.name, "sampler": self.renderer.sampler, "samples": self.samples,
@@ -70,6 +72,7 @@ def ratios(theirs, curve):
         return np.quantile(over, [0.25, 0.5, 0.75]).tolist()
 
     found["relMSE"], found["MSE"] = quartiles("relMSE", "wall"), quartiles("MSE", "wall")
+    found["whole MSE"] = quartiles("whole MSE", "wall")
     found["relMSE_cpu"] = quartiles("relMSE", "cpu")
     found["relMSE_compiling"] = quartiles("relMSE", "wall", theirs.renderer.compiling)
     same = min(curve, key=lambda row: abs(np.log(row.samples / theirs.samples)))
