@@ -6,11 +6,12 @@ use super::aabb::Aabb;
 use super::brute::Brute;
 use super::bvh4::Bvh4;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
+use super::double::{Double, Pending};
 use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
 use super::traverse::{Stack, Traversal};
 use crate::error::Result;
-use crate::options::{self, AccelOptions, Intersection};
+use crate::options::{self, AccelOptions, Intersection, Precision};
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 
@@ -24,11 +25,19 @@ pub enum Accel {
     Bvh(Bvh4),
     /// Every primitive, with the time that copying them took, in seconds.
     Brute(Brute, f64),
+    /// A tree in double precision, or every primitive.
+    Double(Double),
 }
 
 impl Accel {
     /// Builds the structure asked for. It keeps no reference to `shapes`.
     pub fn build(shapes: &Shapes, options: &AccelOptions) -> Result<Accel> {
+        if options.precision == Precision::F64 {
+            return Ok(Accel::Double(match options.kind {
+                options::Accel::Bvh => Double::build(shapes),
+                options::Accel::Brute => Double::list(shapes),
+            }));
+        }
         match options.kind {
             options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build(shapes, options)?)),
             options::Accel::Brute => {
@@ -43,15 +52,19 @@ impl Accel {
     pub fn node_format(&self) -> Option<(&'static str, &'static str)> {
         match self {
             Accel::Bvh(bvh) => Some(bvh.node_format()),
-            Accel::Brute(..) => None,
+            Accel::Double(double) if double.is_tree() => {
+                Some(("56-byte", "positions and boxes are in double precision, as asked"))
+            }
+            Accel::Brute(..) | Accel::Double(_) => None,
         }
     }
 
-    /// Bytes of a node, and of a block of triangles; 0 for the oracle, which has neither.
+    /// Bytes of a node, and of a block of triangles, or a primitive in double precision; 0 for the oracle, which has neither.
     pub fn row_bytes(&self) -> [usize; 2] {
         match self {
             Accel::Bvh(bvh) => bvh.row_bytes(),
             Accel::Brute(..) => [0; 2],
+            Accel::Double(_) => Double::row_bytes(),
         }
     }
 
@@ -60,6 +73,15 @@ impl Accel {
         match self {
             Accel::Bvh(bvh) => bvh.intersection,
             Accel::Brute(brute, _) => brute.intersection(),
+            Accel::Double(_) => Intersection::Watertight,
+        }
+    }
+
+    /// How exactly it knows what it holds.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Accel::Bvh(_) | Accel::Brute(..) => Precision::F32,
+            Accel::Double(_) => Precision::F64,
         }
     }
 
@@ -67,7 +89,7 @@ impl Accel {
     pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         match self {
             Accel::Bvh(bvh) => bvh.suited(query, coherent),
-            Accel::Brute(..) => Traversal::Single,
+            Accel::Brute(..) | Accel::Double(_) => Traversal::Single,
         }
     }
 
@@ -103,6 +125,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits, count),
+            Accel::Double(double) => double.closest_hits(rays, hits, count),
             Accel::Brute(brute, _) => {
                 let mut hits = hits.trimmed(rays.len());
                 let mut counts = TraversalCounts::default();
@@ -140,6 +163,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded, count),
+            Accel::Double(double) => double.any_hits(rays, occluded, count),
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts::default();
                 for (row, occluded) in occluded[..rays.len()].iter_mut().enumerate() {
@@ -160,7 +184,7 @@ impl Accel {
 
     /// Queries for callers that have no batch.
     pub fn single(&self) -> SingleRay<'_> {
-        SingleRay { accel: self, stack: Stack::new() }
+        SingleRay { accel: self, stack: Stack::new(), pending: Pending::new() }
     }
 
     /// The box of all primitives; empty if there are none.
@@ -168,6 +192,7 @@ impl Accel {
         match self {
             Accel::Bvh(bvh) => bvh.bounds(),
             Accel::Brute(brute, _) => brute.bounds(),
+            Accel::Double(double) => double.bounds(),
         }
     }
 
@@ -175,6 +200,7 @@ impl Accel {
     pub fn stats(&self) -> BvhStats {
         match self {
             Accel::Bvh(bvh) => bvh.stats(),
+            Accel::Double(double) => double.stats(),
             Accel::Brute(brute, build_seconds) => {
                 let primitives = brute.prim_count();
                 BvhStats {
@@ -193,6 +219,7 @@ impl Accel {
     pub fn boxes_at_depth(&self, depth: u32) -> Vec<Aabb> {
         match self {
             Accel::Bvh(bvh) => bvh.boxes_at_depth(depth),
+            Accel::Double(double) => double.boxes_at_depth(depth),
             Accel::Brute(brute, _) if depth == 0 && brute.prim_count() > 0 => vec![brute.bounds()],
             Accel::Brute(..) => Vec::new(),
         }
@@ -203,6 +230,7 @@ impl Accel {
 pub struct SingleRay<'a> {
     accel: &'a Accel,
     stack: Stack,
+    pending: Pending,
 }
 
 impl SingleRay<'_> {
@@ -212,6 +240,7 @@ impl SingleRay<'_> {
         match self.accel {
             Accel::Bvh(bvh) => bvh.closest_hit(ray, &mut self.stack),
             Accel::Brute(brute, _) => brute.closest_hit(ray, &mut TraversalCounts::default()),
+            Accel::Double(double) => double.hit::<false>(ray, &mut self.pending, &mut TraversalCounts::default()),
         }
     }
 
@@ -221,6 +250,9 @@ impl SingleRay<'_> {
         match self.accel {
             Accel::Bvh(bvh) => bvh.any_hit(ray, &mut self.stack),
             Accel::Brute(brute, _) => brute.any_hit(ray, &mut TraversalCounts::default()),
+            Accel::Double(double) => {
+                double.hit::<true>(ray, &mut self.pending, &mut TraversalCounts::default()).is_some()
+            }
         }
     }
 
@@ -228,6 +260,14 @@ impl SingleRay<'_> {
     pub fn visits(&mut self, query: Query, ray: &Ray) -> TraversalCounts {
         match self.accel {
             Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack),
+            Accel::Double(double) => {
+                let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
+                match query {
+                    Query::Closest => double.hit::<false>(ray, &mut self.pending, &mut counts),
+                    Query::Any => double.hit::<true>(ray, &mut self.pending, &mut counts),
+                };
+                counts
+            }
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
                 match query {
@@ -242,6 +282,11 @@ impl SingleRay<'_> {
     /// Nodes that the closest hit takes to find; for the oracle, primitives.
     pub fn cost(&mut self, ray: &Ray) -> u64 {
         let counts = self.visits(Query::Closest, ray);
-        if matches!(self.accel, Accel::Bvh(_)) { counts.node_visits } else { counts.primitive_tests }
+        let is_tree = match self.accel {
+            Accel::Bvh(_) => true,
+            Accel::Double(double) => double.is_tree(),
+            Accel::Brute(..) => false,
+        };
+        if is_tree { counts.node_visits } else { counts.primitive_tests }
     }
 }

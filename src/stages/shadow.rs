@@ -79,9 +79,8 @@ fn probe(context: &Context, n: usize, shadows: &Shadows, out: Out) -> TraversalC
     let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
     let counts = trace(context.accel, way, context.tier, shadows.rays(n), hits.columns_mut(n));
     for row in 0..n {
-        let origin = V3::new(shadows.ox[row], shadows.oy[row], shadows.oz[row]);
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);
-        if let Some(found) = emission(context.scene, &hits.hit(row), origin, direction) {
+        if let Some(found) = emission(context.scene, &hits.hit(row), shadows.origin(row), direction) {
             let slot = shadows.slot[row] as usize;
             samples.r[slot] += shadows.direct_r[row] * found.light.radiance.x;
             samples.g[slot] += shadows.direct_g[row] * found.light.radiance.y;

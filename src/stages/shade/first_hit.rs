@@ -20,8 +20,7 @@ pub fn run(context: &Context, n: usize, input: &In, samples: &mut Samples) {
         let slot = paths.slot[row] as usize;
         let hit = input.hits.hit(row);
         let direction = V3::new(paths.dx[row], paths.dy[row], paths.dz[row]);
-        let origin = V3::new(paths.ox[row], paths.oy[row], paths.oz[row]);
-        let normal = hit.is_some().then(|| surface_at(context.scene, &hit, origin, direction).normal);
+        let normal = hit.is_some().then(|| surface_at(context.scene, &hit, paths.origin(row), direction).normal);
         if let (true, Some(normal)) = (normals, normal) {
             let color = normal_color(normal);
             (samples.r[slot], samples.g[slot], samples.b[slot]) = (color.x, color.y, color.z);
