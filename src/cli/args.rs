@@ -595,7 +595,11 @@ pub(super) const INTERSECTIONS: &[(&str, &str, Intersection)] = &[
 
 pub(super) const PRECISIONS: &[(&str, &str, Precision)] = &[
     ("f32", "24 bits: enough for most, as scenes are read around their own centre", Precision::F32),
-    ("f64", "48 bits for geometry, lights, camera and where rays start, for more time; directions keep 24", Precision::F64),
+    (
+        "f64",
+        "48 bits for geometry, lights, camera and where rays start, for more time; directions keep 24",
+        Precision::F64,
+    ),
 ];
 
 const TOP_EXAMPLES: &str = "\
