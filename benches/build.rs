@@ -138,7 +138,7 @@ impl Rays {
             let [ox, oy, oz, dx, dy, dz] = self.0.each_ref().map(|column| &column[rows.clone()]);
             let [t, u, v] = [&mut t, &mut u, &mut v].map(|column| &mut column[rows.clone()]);
             let [prim, geom] = [&mut prim, &mut geom].map(|column| &mut column[rows.clone()]);
-            let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None };
+            let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None };
             answer(rays, HitColumnsMut { t, u, v, prim, geom });
         }
         (t, prim)

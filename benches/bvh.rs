@@ -56,7 +56,7 @@ impl Rays {
 
     fn wave(&self, rows: std::ops::Range<usize>) -> RayColumns<'_> {
         let [ox, oy, oz, dx, dy, dz] = self.0.each_ref().map(|column| &column[rows.clone()]);
-        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None }
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None }
     }
 }
 

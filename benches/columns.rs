@@ -318,7 +318,7 @@ fn closest(ready: &Ready, tier: Tier, rays: [&[f32]; RAY], hits: &mut Hits, star
     ready.accel.closest_hits(
         ready.accel.suited(Query::Closest, false),
         tier,
-        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None },
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None },
         hits,
     );
 }

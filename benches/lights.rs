@@ -192,12 +192,13 @@ fn lamps(n: u32) -> Option<(SceneDescription, Camera)> {
         if i % 3 == 2 {
             let glow = material(&mut scene, 0.0, color);
             let (name, at, radius) = (String::new(), Default::default(), half);
-            scene.spheres.push(SphereDescription { name, at, center, radius, material: glow });
+            scene.spheres.push(SphereDescription { name, at, center, radius, double: None, material: glow });
         } else {
             scene.area_lights.push(AreaLightDescription {
                 name: String::new(),
                 at: Default::default(),
                 center,
+                double: None,
                 side_u: Vec3::X * (2.0 * half),
                 side_v: Vec3::Z * (2.0 * half),
                 direction: Vec3::NEG_Y,

@@ -12,6 +12,7 @@ use crate::reference;
 use crate::sampling::lanes::V3;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
+use crate::scene::origin::Origin;
 use crate::scene::surface::SurfacePoint;
 use glam::Vec3;
 use std::fmt::Write as _;
@@ -24,7 +25,7 @@ pub enum Event {
         /// Bounces before.
         depth: u32,
         /// From where.
-        origin: V3<f32>,
+        origin: Origin,
         /// Unit direction.
         direction: V3<f32>,
         /// Throughput.
@@ -35,7 +36,7 @@ pub enum Event {
     /// What it hit, as a surface.
     Surface {
         /// Where rays leave, and normals.
-        at: SurfacePoint<f32>,
+        at: SurfacePoint<f32, Origin>,
         /// Albedo.
         albedo: Vec3,
     },
@@ -158,11 +159,12 @@ impl Event {
 fn told(event: &Event, scene: &Scene) -> String {
     match event {
         Event::Ray { depth, origin, direction, beta, hit } => {
-            let line = format!("bounce {depth}  β {}  from {}  along {}", show(*beta), show(*origin), show(*direction));
+            let line =
+                format!("bounce {depth}  β {}  from {}  along {}", show(*beta), show_point(origin), show(*direction));
             format!("{line}\n  hits    {}", hit_name(hit, scene))
         }
         Event::Surface { at, albedo } => {
-            let (point, normal, flat) = (show(at.origin), show(at.normal), show(at.geometric));
+            let (point, normal, flat) = (show_point(&at.origin), show(at.normal), show(at.geometric));
             format!("  at      {point}  normal {normal}  geometric {flat}  albedo {albedo}")
         }
         Event::Emission { value } => format!("  shines  + {}", show(*value)),
@@ -205,11 +207,18 @@ fn show(v: V3<f32>) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }
 
+fn show_point(point: &Origin) -> String {
+    match point.low {
+        None => show(point.high),
+        Some(_) => point.wide().to_string(),
+    }
+}
+
 fn is_finite(event: &Event) -> bool {
     let finite = |v: &V3<f32>| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
     match event {
-        Event::Ray { origin, direction, beta, .. } => finite(origin) && finite(direction) && finite(beta),
-        Event::Surface { at, .. } => finite(&at.origin) && finite(&at.normal) && finite(&at.geometric),
+        Event::Ray { origin, direction, beta, .. } => finite(&origin.high) && finite(direction) && finite(beta),
+        Event::Surface { at, .. } => finite(&at.origin.high) && finite(&at.normal) && finite(&at.geometric),
         Event::Emission { value } | Event::Light { value, .. } => finite(value),
         Event::FacesAway { .. } | Event::NotAsked { .. } | Event::NoLight => true,
         Event::Hemisphere { direction, value, .. } => finite(direction) && value.as_ref().is_none_or(finite),

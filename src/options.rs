@@ -235,6 +235,17 @@ pub enum Intersection {
     Fast,
 }
 
+/// How exactly positions are known: those of the scene, and of where rays start. Directions are single precision in both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Single: 24 bits, of which a scene read around its own centre needs few.
+    #[default]
+    F32,
+    /// Double: for a scene both huge and fine, as a detailed thing of size 1 that stands 10⁷ from the scene's centre.
+    F64,
+}
+
 /// How the inner nodes of the tree are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -272,6 +283,8 @@ pub struct AccelOptions {
     pub nodes: NodeFormat,
     /// How good the tree has to be. The picture stays the same.
     pub quality: Quality,
+    /// How exactly it knows what it holds, and where rays start.
+    pub precision: Precision,
 }
 
 impl Quality {
@@ -379,6 +392,20 @@ pub struct RenderOptions {
 }
 
 impl RenderOptions {
+    /// What of the options does not go with double precision, as typed, if any of it was asked for.
+    pub fn not_in_double(&self) -> Option<&'static str> {
+        let AccelOptions { intersection, nodes, quality, precision, .. } = self.accel;
+        match precision {
+            Precision::F32 => None,
+            Precision::F64 if intersection == Intersection::Fast => Some("intersection fast"),
+            Precision::F64 if nodes != NodeFormat::Auto => Some("a choice of nodes"),
+            Precision::F64 if quality != Quality::Default => Some("a choice of bvh"),
+            // Its bounds of what arrives would be of another place than the one at hand, and could be 0 where light does arrive.
+            Precision::F64 if self.light_selection == LightSelection::Tree => Some("light-selection tree"),
+            Precision::F64 => None,
+        }
+    }
+
     /// What is rendered of the frame: the cell that was asked for, or all of it.
     pub fn rendered(&self) -> Cell {
         self.cell.unwrap_or(Cell { x: 0, y: 0, width: self.width, height: self.height })

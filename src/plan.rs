@@ -4,7 +4,7 @@ use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
 use crate::measure::units;
-use crate::options::{Cell, Direct, Integrator, Intersection, RenderOptions, Roulette, Sampler};
+use crate::options::{Cell, Direct, Integrator, Intersection, Precision, RenderOptions, Roulette, Sampler};
 use crate::scene::Scene;
 use crate::simd::Tier;
 use crate::stages::{self, Stage};
@@ -127,6 +127,12 @@ impl Plan {
                 cell.width, cell.height, cell.x, cell.y, options.width, options.height
             )));
         }
+        if let Some(other) = options.not_in_double() {
+            return Err(Error::Options(format!("precision f64 does not go with {other}")));
+        }
+        if accel.precision() != options.accel.precision {
+            return Err(Error::Options("the acceleration structure is of another precision than the render".into()));
+        }
         let transport = Transport::new(options, &scene.lights);
         let features = features(scene, options, &transport);
         let tables = wave::tables(transport.shadow_samples, features);
@@ -195,6 +201,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::ROULETTE.when(continues && can_end)
         | Features::EFFICIENCY.when(by_efficiency && (continues || shadow && options.direct != Direct::Hemisphere))
         | Features::AOVS.when(aovs)
+        | Features::DOUBLE.when(options.accel.precision == Precision::F64)
         | Features::COST.when(options.integrator == Integrator::BvhCost)
         | Features::HITS.when(options.integrator != Integrator::BvhCost)
 }
@@ -307,6 +314,7 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
         }
         "traverse" => {
             let structure = match options.accel.kind {
+                crate::options::Accel::Bvh if features.has(Features::DOUBLE) => "binary BVH in double precision",
                 crate::options::Accel::Bvh => "4-wide BVH",
                 crate::options::Accel::Brute => "every primitive",
             };

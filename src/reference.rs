@@ -19,6 +19,7 @@ use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
+use crate::scene::origin::Origin;
 use crate::scene::surface::SurfacePoint;
 use crate::simd::{Kernel, Tier};
 use crate::transport::{self, Asked, Left, Transport, Vertex};
@@ -97,7 +98,7 @@ struct Tracer<'a> {
 struct Path {
     pixel: u32,
     index: u32,
-    origin: V3<f32>,
+    origin: Origin,
     direction: V3<f32>,
     beta: V3<f32>,
     /// 1 / δ: what rays must be worth.
@@ -147,7 +148,7 @@ impl<'a> Tracer<'a> {
         let mut path = Path {
             pixel,
             index,
-            origin: self.lens.origin.into(),
+            origin: self.lens.origin(self.options.accel.precision),
             direction: self.lens.direction(x as f32 + u, y as f32 + v),
             beta: V3::new(1.0, 1.0, 1.0),
             rate: self.transport.worth.as_ref().map_or(0.0, |worth| worth.rate(x, y)),
@@ -158,7 +159,7 @@ impl<'a> Tracer<'a> {
         let mut sample = Sample { depth: f32::INFINITY, ..Sample::default() };
         rays.counts.camera += 1;
         if self.options.integrator == Integrator::BvhCost {
-            let visits = rays.single.cost(&Ray::new(path.origin.into(), path.direction.into()));
+            let visits = rays.single.cost(&Ray::leaving(path.origin, path.direction));
             sample.radiance = [visits as f32; 3];
             return sample;
         }
@@ -174,7 +175,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn vertex(&self, depth: u32, path: &mut Path, sample: &mut Sample, rays: &mut Rays<impl Witness>) -> bool {
         let (scene, transport) = (self.scene, &self.transport);
-        let hit = rays.single.closest_hit(&Ray::new(path.origin.into(), path.direction.into()));
+        let hit = rays.single.closest_hit(&Ray::leaving(path.origin, path.direction));
         rays.witness.saw(|| Event::Ray { depth, origin: path.origin, direction: path.direction, beta: path.beta, hit });
         if !hit.is_some() {
             return false;
@@ -227,7 +228,7 @@ impl<'a> Tracer<'a> {
         &self,
         [depth, k]: [u32; 2],
         path: &mut Path,
-        at: &SurfacePoint<f32>,
+        at: &SurfacePoint<f32, Origin>,
         albedo: V3<f32>,
         rays: &mut Rays<W>,
     ) {
@@ -242,7 +243,7 @@ impl<'a> Tracer<'a> {
                 return;
             }
             rays.counts.shadow += 1;
-            let hit = rays.single.closest_hit(&Ray::new(at.origin.into(), direction.into()));
+            let hit = rays.single.closest_hit(&Ray::leaving(at.origin, direction));
             let light = transport::emission(scene, &hit, at.origin, direction);
             let value = light.map(|found| transport.clamped(depth + 1, value.times(found.light.radiance.into())));
             rays.witness.saw(|| Event::Hemisphere { direction, hit, value });
@@ -261,8 +262,7 @@ impl<'a> Tracer<'a> {
             return rays.witness.saw(|| Event::NotAsked { id });
         }
         rays.counts.shadow += 1;
-        let free =
-            !rays.single.any_hit(&Ray { t_max: found.distance, ..Ray::new(at.origin.into(), found.direction.into()) });
+        let free = !rays.single.any_hit(&Ray { t_max: found.distance, ..Ray::leaving(at.origin, found.direction) });
         rays.witness.saw(|| Event::Light { id, found, value, free });
         if free {
             path.radiance = path.radiance + value;
@@ -275,7 +275,7 @@ impl<'a> Tracer<'a> {
         &self,
         depth: u32,
         path: &mut Path,
-        at: &SurfacePoint<f32>,
+        at: &SurfacePoint<f32, Origin>,
         albedo: V3<f32>,
         rays: &mut Rays<W>,
     ) -> bool {

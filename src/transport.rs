@@ -5,6 +5,8 @@
 //! camera; vertex `d` of a path (0 is what the camera sees) shows bounce `d` by its emission and estimates bounce `d + 1` by
 //! direct light.
 
+mod double;
+
 use crate::bvh::ray::Hit;
 use crate::light::selection::{Chosen, Selection};
 use crate::light::{Light, LightSample};
@@ -15,8 +17,9 @@ use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
 use crate::sampling::warp;
 use crate::scene::Scene;
+use crate::scene::origin::Origin;
 use crate::scene::shapes::NO_LIGHT;
-use crate::scene::surface;
+use crate::scene::surface::{self, SurfacePoint};
 use crate::worth::{self, Worth};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -61,7 +64,7 @@ pub struct Asked {
 #[derive(Clone, Copy, Debug)]
 pub struct Left {
     /// Where it starts.
-    pub origin: V3<f32>,
+    pub origin: Origin,
     /// Unit shading normal of the surface there. Without meaning unless the estimator looks back.
     pub normal: V3<f32>,
     /// Density with which its direction was drawn; without meaning unless that is shared with light samples.
@@ -132,10 +135,10 @@ impl Transport {
     /// What shadow sample `k` asks from a point of a surface with unit `normal`; `None` where no light can arrive. The
     /// last two of the vertex's numbers choose the part of a light, the first two a point of it.
     #[inline(always)]
-    pub fn ask(&self, lights: &[Light], k: u32, random: [f32; 4], from: V3<f32>, normal: V3<f32>) -> Option<Asked> {
+    pub fn ask(&self, lights: &[Light], k: u32, random: [f32; 4], from: Origin, normal: V3<f32>) -> Option<Asked> {
         let [u, v, choice @ ..] = random;
         let Chosen { id, part, rate } =
-            self.selection.choose(lights, [k, self.shadow_samples], choice, from, normal)?;
+            self.selection.choose(lights, [k, self.shadow_samples], choice, from.high, normal)?;
         let light = &lights[id];
         let found = light.sample(part, from, [u, v], self.light_sampling);
         Some(Asked { id, light: Sampled { radiance: light.radiance.into(), rate }, found })
@@ -148,7 +151,7 @@ impl Transport {
             return 1.0;
         }
         let Emission { id, part, light, cos } = *found;
-        let rate = self.selection.rate(light, [id as u32, part], self.shadow_samples, left.origin, left.normal);
+        let rate = self.selection.rate(light, [id as u32, part], self.shadow_samples, left.origin.high, left.normal);
         let density = light.pdf(part, left.origin, distance, cos, self.light_sampling) * rate;
         warp::power_heuristic(left.pdf, density)
     }
@@ -263,7 +266,7 @@ pub struct Emission<'a> {
 
 /// Emission towards a ray; `None` for surfaces that do not emit, or not on this side.
 #[inline(always)]
-pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>) -> Option<Emission<'a>> {
+pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> Option<Emission<'a>> {
     let geometry = scene.shapes.geometries.get(hit.geom as usize)?;
     if geometry.light == NO_LIGHT {
         return None;
@@ -279,19 +282,25 @@ pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: V3<f32>, direction: V3<
 
 /// Unit normal of the front side at a hit: by winding for triangles, outwards for spheres.
 #[inline(always)]
-pub fn outward_normal(scene: &Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>) -> V3<f32> {
+pub fn outward_normal(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> V3<f32> {
     let shapes = &scene.shapes;
+    if origin.low.is_some() {
+        return double::outward_normal(shapes, hit, origin.wide(), direction.into());
+    }
     match shapes.spheres.get((hit.prim as usize).wrapping_sub(shapes.triangles.len())) {
-        Some(sphere) => (origin + direction * hit.t - sphere.center.into()).normalize(),
+        Some(sphere) => (origin.high + direction * hit.t - sphere.center.into()).normalize(),
         None => surface::triangle_normal(shapes.corners(hit.prim).map(V3::from)),
     }
 }
 
 /// The surface at a hit, of whichever kind: the scalar twin of the batch in `stages/shade`.
-pub fn surface_at(scene: &Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>) -> surface::SurfacePoint<f32> {
+pub fn surface_at(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> SurfacePoint<f32, Origin> {
     let shapes = &scene.shapes;
-    match shapes.spheres.get((hit.prim as usize).wrapping_sub(shapes.triangles.len())) {
-        Some(s) => surface::on_sphere(s.center.into(), s.radius, origin + direction * hit.t, direction),
+    if origin.low.is_some() {
+        return double::surface_at(shapes, hit, origin.wide(), direction.into());
+    }
+    let point = match shapes.spheres.get((hit.prim as usize).wrapping_sub(shapes.triangles.len())) {
+        Some(s) => surface::on_sphere(s.center.into(), s.radius, origin.high + direction * hit.t, direction),
         None => {
             let mut point = surface::on_triangle(shapes.corners(hit.prim).map(V3::from), hit.u, hit.v, direction);
             if !shapes.normals.is_empty() {
@@ -300,7 +309,8 @@ pub fn surface_at(scene: &Scene, hit: &Hit, origin: V3<f32>, direction: V3<f32>)
             }
             point
         }
-    }
+    };
+    point.into()
 }
 
 /// Normal as a colour: (n + 1) / 2.

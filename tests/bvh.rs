@@ -37,7 +37,7 @@ impl Batch {
 
     fn rays(&self) -> RayColumns<'_> {
         let [ox, oy, oz, dx, dy, dz] = &self.columns;
-        RayColumns { ox, oy, oz, dx, dy, dz, t_min: Some(&self.t_min), t_max: Some(&self.t_max) }
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: Some(&self.t_min), t_max: Some(&self.t_max), low: None }
     }
 
     fn closest(&self, accel: &Accel, (way, tier): (Traversal, Tier), counted: bool) -> (Vec<Hit>, TraversalCounts) {
@@ -139,7 +139,7 @@ fn rays(random: &mut Random, shapes: &Shapes, count: usize) -> Vec<Ray> {
         }
         let t_max = if random.below(3) == 0 { random.signed().abs() * 2.0 } else { f32::INFINITY };
         let t_min = if random.below(3) == 0 { random.signed() } else { 0.0 };
-        Ray { origin, direction, t_min, t_max }
+        Ray { t_min, t_max, ..Ray::new(origin, direction) }
     };
     (0..count).map(ray).collect()
 }
@@ -231,7 +231,7 @@ fn neighbours(random: &mut Random, count: usize, fan: bool, odd: usize) -> Vec<R
         let direction = Vec3::from_array(direction.to_array().map(|d| if d == 0.0 { zero } else { d }));
         let t_min = if i % 7 == 3 { 1.9 } else { 0.0 };
         let t_max = if i % 11 == 5 { 2.1 } else { f32::INFINITY };
-        let good = Ray { origin, direction, t_min, t_max };
+        let good = Ray { t_min, t_max, ..Ray::new(origin, direction) };
         if odd == 0 || i % odd != odd / 2 {
             return good;
         }
@@ -355,7 +355,7 @@ fn the_fast_test_agrees_with_its_oracle_on_meshes() {
 fn one_primitive() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let (accel, _) = both(&shapes(vec![triangle], vec![]));
-    let ray = Ray { origin: Vec3::new(0.25, 0.25, 1.0), direction: Vec3::NEG_Z, t_min: 0.0, t_max: f32::INFINITY };
+    let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
     let mut single = accel.single();
     let hit = single.closest_hit(&ray);
     assert_eq!((hit.t, hit.u, hit.v, hit.prim), (1.0, 0.25, 0.25, 0));
@@ -377,7 +377,7 @@ fn untraceable_rays_end_and_miss() {
     let mut random = Random(3);
     let shapes = soup(&mut random, 200, 20);
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    let good = Ray { origin: Vec3::ZERO, direction: Vec3::ONE, t_min: 0.0, t_max: f32::INFINITY };
+    let good = Ray::new(Vec3::ZERO, Vec3::ONE);
     let mut rays = vec![
         Ray { direction: Vec3::ZERO, ..good },
         Ray { direction: Vec3::splat(-0.0), ..good },
@@ -412,8 +412,7 @@ fn extreme_rays_end() {
     let extremes = [0.0, -0.0, 1e-45, 1e-38, 1e-18, 1.0, 1e18, f32::MAX, -f32::MAX];
     let mut pick = || extremes[random.below(extremes.len())];
     let mut vector = || Vec3::new(pick(), pick(), pick());
-    let rays: Vec<Ray> =
-        (0..5000).map(|_| Ray { origin: vector(), direction: vector(), t_min: 0.0, t_max: f32::INFINITY }).collect();
+    let rays: Vec<Ray> = (0..5000).map(|_| Ray::new(vector(), vector())).collect();
     for kernel in kernels() {
         Batch::new(&rays).closest(&accel, kernel, false);
         Batch::new(&rays).any(&accel, kernel);

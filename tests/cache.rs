@@ -29,6 +29,7 @@ fn shapes(triangles: u32) -> Shapes {
             at: Default::default(),
             center: Vec3::new(i as f32, 2.0, (i * i) as f32 * 0.1),
             radius: 0.3,
+            double: None,
             material: 0,
         })
         .collect();

@@ -5,7 +5,9 @@ mod common;
 
 use comber::film::output;
 use comber::film::picture::Picture;
-use comber::options::{self, Adaptive, Cell, Confidence, Direct, Normals, RenderOptions, Roulette, Simd};
+use comber::options::{
+    self, AccelOptions, Adaptive, Cell, Confidence, Direct, Normals, Precision, RenderOptions, Roulette, Simd,
+};
 use comber::simd::Tier;
 use common::{Ready, assert_same, own};
 
@@ -87,6 +89,24 @@ fn neither_do_they_with_any_direct_strategy_and_scene() {
                     let what = format!("{} {direct:?} -l {light_samples} {adaptive:?}: {threads} {wave}", ready.name);
                     assert_same(&ready.render(&varied).picture, &expected, &what);
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn neither_do_they_in_double_precision() {
+    let accel = AccelOptions { precision: Precision::F64, ..AccelOptions::default() };
+    for name in ["cornell_spheres.dae", "cornell_mesh.dae"] {
+        let ready = Ready::course_in(&own(name), Normals::Smooth, accel);
+        for (direct, adaptive) in [(Direct::Mis, None), (Direct::Hemisphere, rule())] {
+            let options = RenderOptions { direct, adaptive, accel, ..small() };
+            let expected = ready.render(&options).picture;
+            for (threads, wave, simd) in
+                [(2, 7, Simd::Auto), (5, 1000, Simd::Baseline), (2, 4096, Simd::Auto), (1, 1 << 17, Simd::Auto)]
+            {
+                let varied = RenderOptions { threads: Some(threads), wave: Some(wave), simd, ..options.clone() };
+                assert_same(&ready.render(&varied).picture, &expected, &format!("{name} {direct:?}: {threads} {wave}"));
             }
         }
     }

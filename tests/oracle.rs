@@ -3,7 +3,8 @@
 mod common;
 
 use comber::options::{
-    Adaptive, Area, Confidence, Direct, Integrator, Normals, RenderOptions, Roulette, Sampler, Tests, Trust,
+    AccelOptions, Adaptive, Area, Confidence, Direct, Integrator, LightSampling, LightSelection, Normals, Precision,
+    RenderOptions, Roulette, Sampler, Tests, Trust,
 };
 use common::{Ready, assert_same, own_scenes};
 
@@ -36,6 +37,34 @@ fn every_scene_and_direct_strategy_agrees_to_the_bit() {
             }
         }
     }
+}
+
+/// In double precision, by the tree and by the test of every primitive, which find the same.
+#[test]
+fn double_precision_agrees_to_the_bit() {
+    let tree = AccelOptions { precision: Precision::F64, ..AccelOptions::default() };
+    let list = AccelOptions { kind: comber::options::Accel::Brute, ..tree };
+    for path in own_scenes() {
+        for normals in [Normals::Smooth, Normals::Flat] {
+            let [by_tree, by_list] = [tree, list].map(|accel| Ready::course_in(&path, normals, accel));
+            for direct in [Direct::Mis, Direct::Light, Direct::Hemisphere, Direct::Bsdf] {
+                let options = RenderOptions { direct, aovs: true, accel: tree, samples: 4, ..small() };
+                check(&by_tree, &options, &format!("f64, {normals:?} {direct:?}"));
+            }
+            let of = |accel| RenderOptions { accel, samples: 1, ..small() };
+            let (a, b) = (by_tree.render(&of(tree)), by_list.render(&of(list)));
+            assert_same(&a.picture, &b.picture, &format!("{} f64, tree and list", by_tree.name));
+        }
+    }
+    let ready = Ready::course_in(&common::own("cornell_spheres.dae"), Normals::Smooth, tree);
+    for integrator in [Integrator::Direct, Integrator::IndirectOnly, Integrator::Normals, Integrator::BvhCost] {
+        for light_sampling in [LightSampling::Area, LightSampling::SolidAngle] {
+            let options = RenderOptions { integrator, light_sampling, light_samples: 2, accel: tree, ..small() };
+            check(&ready, &options, &format!("f64, {integrator:?} {light_sampling:?}"));
+        }
+    }
+    let power = RenderOptions { light_selection: LightSelection::Power, accel: tree, aovs: true, ..small() };
+    check(&ready, &power, "f64, by power");
 }
 
 #[test]

@@ -183,7 +183,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         kinds.push(kind);
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
-    let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None };
+    let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None };
     // Every kernel on the usual tree, and one of them on every tree: kernels do not know how a tree was built.
     let ways = kernels().into_iter().flat_map(|kernel| trees.iter().zip(QUALITIES).map(move |tree| (kernel, tree)));
     let usual = (Traversal::InFlight, Tier::available().pop().expect("the baseline"));

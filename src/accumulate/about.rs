@@ -23,13 +23,14 @@ pub fn about(name: &str, scene: &Scene, camera: &Camera, options: &RenderOptions
 
 /// The options but for what cannot change the picture: the tree, threads, wave size, instruction set.
 pub fn of_picture(options: &RenderOptions) -> Value {
-    let intersection = json!(options.accel.intersection);
+    let (intersection, precision) = (json!(options.accel.intersection), json!(options.accel.precision));
     let mut options = json!(options);
     if let Some(options) = options.as_object_mut() {
         for speed in ["accel", "threads", "wave", "simd"] {
             options.remove(speed);
         }
         options.insert("intersection".into(), intersection);
+        options.insert("precision".into(), precision);
     }
     options
 }
@@ -46,6 +47,8 @@ fn contents(scene: &Scene, camera: &Camera) -> u128 {
         bytemuck::cast_slice(&shapes.normals),
         bytemuck::cast_slice(&shapes.triangles),
         bytemuck::cast_slice(&shapes.spheres),
+        bytemuck::cast_slice(&shapes.double),
+        bytemuck::cast_slice(&shapes.spheres_double),
         bytemuck::cast_slice(&runs),
         small.as_bytes(),
     ])
@@ -117,7 +120,7 @@ mod tests {
         let mut dark = scene.clone();
         dark.materials.push(crate::material::Material { albedo: glam::Vec3::ZERO, emission: glam::Vec3::ZERO });
         assert!(difference(&one, &about("a", &dark, &camera, &options)).starts_with("contents is"));
-        let moved = Camera { position: glam::Vec3::ONE, ..camera };
+        let moved = camera.at(glam::DVec3::ONE);
         assert_ne!(one, about("a", &scene, &moved, &options));
         assert_ne!(one, about("a", &scene, &camera, &RenderOptions { seed: 1, ..options }));
     }

@@ -59,7 +59,7 @@ impl Rays {
     /// All of them.
     pub fn all(&self) -> RayColumns<'_> {
         let [ox, oy, oz, dx, dy, dz] = self.columns.each_ref().map(Vec::as_slice);
-        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: self.t_max.as_deref() }
+        RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: self.t_max.as_deref(), low: None }
     }
 }
 
@@ -122,7 +122,7 @@ mod tests {
     use glam::Vec3;
 
     fn ray(x: f32, t_max: f32) -> Ray {
-        Ray { origin: Vec3::splat(x), direction: Vec3::Z, t_min: 0.0, t_max }
+        Ray { t_max, ..Ray::new(Vec3::splat(x), Vec3::Z) }
     }
 
     #[test]

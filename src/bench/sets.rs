@@ -121,12 +121,7 @@ fn shadow_rays(source: &Source, rays: &Rays, hits: &[Hit]) -> Rays {
         let Some(Asked { found, .. }) = transport.ask(lights, 0, random, at.origin, at.normal) else { continue };
         // The renderer asks no question whose answer is worth nothing.
         if found.pdf > 0.0 && found.direction.dot(at.geometric) > 0.0 && found.direction.dot(at.normal) > 0.0 {
-            shadow_rays.push(Ray {
-                origin: at.origin.into(),
-                direction: found.direction.into(),
-                t_min: 0.0,
-                t_max: found.distance,
-            });
+            shadow_rays.push(Ray { t_max: found.distance, ..Ray::leaving(at.origin, found.direction) });
         }
     }
     shadow_rays
@@ -149,7 +144,7 @@ fn bounces(source: &Source, rays: &Rays, hits: &[Hit], bounce: u32) -> Rays {
         let at = transport::surface_at(source.scene, hit, ray.origin.into(), ray.direction.into());
         let [u, v, ..] = uniform4(row as u32, 0, bounce, 0);
         let direction = warp::to_world(warp::cosine_hemisphere(u, v), at.geometric);
-        bounced.push(Ray::new(at.origin.into(), direction.into()));
+        bounced.push(Ray::leaving(at.origin, direction));
     }
     bounced
 }

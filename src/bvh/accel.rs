@@ -7,11 +7,12 @@ use super::brute::Brute;
 use super::build::Tell;
 use super::bvh4::Bvh4;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
+use super::double::{Double, Pending};
 use super::ray::{Hit, Ray};
 use super::stats::BvhStats;
 use super::traverse::{Stack, Traversal};
 use crate::error::Result;
-use crate::options::{self, AccelOptions, Intersection};
+use crate::options::{self, AccelOptions, Intersection, Precision};
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 
@@ -25,6 +26,8 @@ pub enum Accel {
     Bvh(Bvh4),
     /// Every primitive, with the time that copying them took, in seconds.
     Brute(Brute, f64),
+    /// A tree in double precision, or every primitive.
+    Double(Double),
 }
 
 impl Accel {
@@ -35,6 +38,12 @@ impl Accel {
 
     /// As [`Accel::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
+        if options.precision == Precision::F64 {
+            return Ok(Accel::Double(match options.kind {
+                options::Accel::Bvh => Double::build(shapes),
+                options::Accel::Brute => Double::list(shapes),
+            }));
+        }
         match options.kind {
             options::Accel::Bvh => Ok(Accel::Bvh(Bvh4::build_watched(shapes, options, tell)?)),
             options::Accel::Brute => {
@@ -49,15 +58,19 @@ impl Accel {
     pub fn node_format(&self) -> Option<(&'static str, &'static str)> {
         match self {
             Accel::Bvh(bvh) => Some(bvh.node_format()),
-            Accel::Brute(..) => None,
+            Accel::Double(double) if double.is_tree() => {
+                Some(("56-byte", "positions and boxes are in double precision, as asked"))
+            }
+            Accel::Brute(..) | Accel::Double(_) => None,
         }
     }
 
-    /// Bytes of a node, and of a block of triangles; 0 for the oracle, which has neither.
+    /// Bytes of a node, and of a block of triangles, or a primitive in double precision; 0 for the oracle, which has neither.
     pub fn row_bytes(&self) -> [usize; 2] {
         match self {
             Accel::Bvh(bvh) => bvh.row_bytes(),
             Accel::Brute(..) => [0; 2],
+            Accel::Double(_) => Double::row_bytes(),
         }
     }
 
@@ -66,6 +79,15 @@ impl Accel {
         match self {
             Accel::Bvh(bvh) => bvh.intersection,
             Accel::Brute(brute, _) => brute.intersection(),
+            Accel::Double(_) => Intersection::Watertight,
+        }
+    }
+
+    /// How exactly it knows what it holds.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Accel::Bvh(_) | Accel::Brute(..) => Precision::F32,
+            Accel::Double(_) => Precision::F64,
         }
     }
 
@@ -73,7 +95,7 @@ impl Accel {
     pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         match self {
             Accel::Bvh(bvh) => bvh.suited(query, coherent),
-            Accel::Brute(..) => Traversal::Single,
+            Accel::Brute(..) | Accel::Double(_) => Traversal::Single,
         }
     }
 
@@ -109,6 +131,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits, count),
+            Accel::Double(double) => double.closest_hits(rays, hits, count),
             Accel::Brute(brute, _) => {
                 let mut hits = hits.trimmed(rays.len());
                 let mut counts = TraversalCounts::default();
@@ -146,6 +169,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded, count),
+            Accel::Double(double) => double.any_hits(rays, occluded, count),
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts::default();
                 for (row, occluded) in occluded[..rays.len()].iter_mut().enumerate() {
@@ -166,7 +190,7 @@ impl Accel {
 
     /// Queries for callers that have no batch.
     pub fn single(&self) -> SingleRay<'_> {
-        SingleRay { accel: self, stack: Stack::new() }
+        SingleRay { accel: self, stack: Stack::new(), pending: Pending::new() }
     }
 
     /// The box of all primitives; empty if there are none.
@@ -174,6 +198,7 @@ impl Accel {
         match self {
             Accel::Bvh(bvh) => bvh.bounds(),
             Accel::Brute(brute, _) => brute.bounds(),
+            Accel::Double(double) => double.bounds(),
         }
     }
 
@@ -181,6 +206,7 @@ impl Accel {
     pub fn stats(&self) -> BvhStats {
         match self {
             Accel::Bvh(bvh) => bvh.stats(),
+            Accel::Double(double) => double.stats(),
             Accel::Brute(brute, build_seconds) => {
                 let primitives = brute.prim_count();
                 BvhStats {
@@ -199,6 +225,7 @@ impl Accel {
     pub fn boxes_at_depth(&self, depth: u32) -> Vec<Aabb> {
         match self {
             Accel::Bvh(bvh) => bvh.boxes_at_depth(depth),
+            Accel::Double(double) => double.boxes_at_depth(depth),
             Accel::Brute(brute, _) if depth == 0 && brute.prim_count() > 0 => vec![brute.bounds()],
             Accel::Brute(..) => Vec::new(),
         }
@@ -209,6 +236,7 @@ impl Accel {
 pub struct SingleRay<'a> {
     accel: &'a Accel,
     stack: Stack,
+    pending: Pending,
 }
 
 impl SingleRay<'_> {
@@ -218,6 +246,7 @@ impl SingleRay<'_> {
         match self.accel {
             Accel::Bvh(bvh) => bvh.closest_hit(ray, &mut self.stack),
             Accel::Brute(brute, _) => brute.closest_hit(ray, &mut TraversalCounts::default()),
+            Accel::Double(double) => double.hit::<false>(ray, &mut self.pending, &mut TraversalCounts::default()),
         }
     }
 
@@ -227,6 +256,9 @@ impl SingleRay<'_> {
         match self.accel {
             Accel::Bvh(bvh) => bvh.any_hit(ray, &mut self.stack),
             Accel::Brute(brute, _) => brute.any_hit(ray, &mut TraversalCounts::default()),
+            Accel::Double(double) => {
+                double.hit::<true>(ray, &mut self.pending, &mut TraversalCounts::default()).is_some()
+            }
         }
     }
 
@@ -234,6 +266,14 @@ impl SingleRay<'_> {
     pub fn visits(&mut self, query: Query, ray: &Ray) -> TraversalCounts {
         match self.accel {
             Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack),
+            Accel::Double(double) => {
+                let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
+                match query {
+                    Query::Closest => double.hit::<false>(ray, &mut self.pending, &mut counts),
+                    Query::Any => double.hit::<true>(ray, &mut self.pending, &mut counts),
+                };
+                counts
+            }
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
                 match query {
@@ -248,6 +288,11 @@ impl SingleRay<'_> {
     /// Nodes that the closest hit takes to find; for the oracle, primitives.
     pub fn cost(&mut self, ray: &Ray) -> u64 {
         let counts = self.visits(Query::Closest, ray);
-        if matches!(self.accel, Accel::Bvh(_)) { counts.node_visits } else { counts.primitive_tests }
+        let is_tree = match self.accel {
+            Accel::Bvh(_) => true,
+            Accel::Double(double) => double.is_tree(),
+            Accel::Brute(..) => false,
+        };
+        if is_tree { counts.node_visits } else { counts.primitive_tests }
     }
 }

@@ -36,6 +36,8 @@ pub struct RayColumns<'a> {
     pub t_min: Option<&'a [f32]>,
     /// Farthest `t` that counts; `None`: infinite for all rays.
     pub t_max: Option<&'a [f32]>,
+    /// What single precision leaves of the origins; `None`: nothing. Only the tree in double precision looks at it.
+    pub low: Option<[&'a [f32]; 3]>,
 }
 
 impl<'a> RayColumns<'a> {
@@ -66,6 +68,7 @@ impl<'a> RayColumns<'a> {
             dz: &self.dz[..n],
             t_min: self.t_min.map(|t| &t[..n]),
             t_max: self.t_max.map(|t| &t[..n]),
+            low: self.low.map(|low| low.map(|axis| &axis[..n])),
         }
     }
 
@@ -79,7 +82,8 @@ impl<'a> RayColumns<'a> {
             dy: &self.dy[rows.clone()],
             dz: &self.dz[rows.clone()],
             t_min: self.t_min.map(|t| &t[rows.clone()]),
-            t_max: self.t_max.map(|t| &t[rows]),
+            t_max: self.t_max.map(|t| &t[rows.clone()]),
+            low: self.low.map(|low| low.map(|axis| &axis[rows.clone()])),
         }
     }
 
@@ -91,6 +95,7 @@ impl<'a> RayColumns<'a> {
             direction: Vec3::new(self.dx[row], self.dy[row], self.dz[row]),
             t_min: self.t_min.map_or(0.0, |t| t[row]),
             t_max: self.t_max.map_or(f32::INFINITY, |t| t[row]),
+            low: self.low.map_or(Vec3::ZERO, |[x, y, z]| Vec3::new(x[row], y[row], z[row])),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The acceleration structure: built as a binary tree, collapsed to four-wide nodes, traversed in batches.
 //!
 //! [`Accel`] is the door. Behind it stand the tree ([`Bvh4`]) and the oracle ([`Brute`]), which agree to the last
-//! bit: the tests of `watertight` and `sphere` decide what is hit and where, the tree only what is tested.
+//! bit: the tests of `watertight` and `sphere` decide what is hit and where, the tree only what is tested. Beside them stands [`double`], for
+//! `--precision f64`.
 
 mod aabb;
 mod accel;
@@ -11,6 +12,7 @@ mod bvh4;
 mod child;
 mod closest;
 mod columns;
+pub(crate) mod double;
 mod grid_node4;
 mod intersect;
 mod moller_trumbore;
@@ -32,6 +34,8 @@ pub use brute::Brute;
 pub use build::{Tell, peak_bytes};
 pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
+pub use double::peak_bytes as double_peak_bytes;
 pub(crate) use grid_node4::Grid;
+pub(crate) use sphere::roots as sphere_roots;
 pub use stats::{BvhStats, PhaseSeconds};
 pub use traverse::Traversal;

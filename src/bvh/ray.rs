@@ -1,5 +1,7 @@
 //! A ray and what it hit: the two values that every traversal kernel takes and gives.
 
+use crate::sampling::lanes::V3;
+use crate::scene::origin::Origin;
 use glam::Vec3;
 
 /// Shortest direction, by its largest component: below, reciprocals overflow.
@@ -16,13 +18,21 @@ pub struct Ray {
     pub t_min: f32,
     /// Farthest `t` that counts; may be infinite.
     pub t_max: f32,
+    /// What single precision leaves of the origin. Only the tree in double precision looks at it.
+    pub low: Vec3,
 }
 
 impl Ray {
     /// A ray from its origin to infinity.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Ray {
-        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY, low: Vec3::ZERO }
+    }
+
+    /// A ray that leaves a point, to infinity.
+    #[inline(always)]
+    pub fn leaving(origin: Origin, direction: V3<f32>) -> Ray {
+        Ray { low: origin.low.map_or(Vec3::ZERO, Vec3::from), ..Ray::new(origin.high.into(), direction.into()) }
     }
 
     /// Whether the ray can hit anything: origin and direction finite, the direction not (nearly) zero, `t_max`

@@ -13,20 +13,8 @@ use super::ray::Ray;
 /// inside hit the far side.
 #[inline(always)]
 pub fn intersect(ray: &Ray, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
-    let f: DVec3 = ray.origin.as_dvec3() - center.as_dvec3();
-    let d = ray.direction.as_dvec3();
-    let radius_squared = f64::from(radius) * f64::from(radius);
-    let a = d.dot(d);
-    let b = -f.dot(d);
-    let discriminant = radius_squared - (f + d * (b / a)).length_squared();
-    // NaN is an unused lane.
-    if discriminant < 0.0 || discriminant.is_nan() {
-        return None;
-    }
-    let c = f.dot(f) - radius_squared;
-    let root = (a * discriminant).sqrt();
-    let q = if b < 0.0 { b - root } else { b + root };
-    let (one, other) = ((c / q) as f32, (q / a) as f32);
+    let (one, other) = roots(ray.origin.as_dvec3() - center.as_dvec3(), ray.direction.as_dvec3(), f64::from(radius))?;
+    let (one, other) = (one as f32, other as f32);
     let (near, far) = if one < other { (one, other) } else { (other, one) };
     let t_min = ray.t_min.max(0.0);
     let in_range = |t: f32| t > t_min && t <= t_max;
@@ -37,6 +25,23 @@ pub fn intersect(ray: &Ray, center: Vec3, radius: f32, t_max: f32) -> Option<f32
     } else {
         None
     }
+}
+
+/// Where a line from `f`, as seen from the centre, along `d` meets a sphere; in no order.
+#[inline(always)]
+pub fn roots(f: DVec3, d: DVec3, radius: f64) -> Option<(f64, f64)> {
+    let radius_squared = radius * radius;
+    let a = d.dot(d);
+    let b = -f.dot(d);
+    let discriminant = radius_squared - (f + d * (b / a)).length_squared();
+    // NaN is an unused lane.
+    if discriminant < 0.0 || discriminant.is_nan() {
+        return None;
+    }
+    let c = f.dot(f) - radius_squared;
+    let root = (a * discriminant).sqrt();
+    let q = if b < 0.0 { b - root } else { b + root };
+    Some((c / q, q / a))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::trade::args::TradeArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
     Accel, Area, Confidence, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat, Normals,
-    Quality, Roulette, Sampler, Simd, Tests, Trust,
+    Precision, Quality, Roulette, Sampler, Simd, Tests, Trust,
 };
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
@@ -456,6 +456,10 @@ pub struct AccelArgs {
     /// How rays are tested against triangles; the picture may change where triangles meet.
     #[arg(long, value_name = "TEST", default_value = "watertight", value_parser = choice(INTERSECTIONS))]
     pub intersection: Intersection,
+    /// How exactly positions are known: f64 is for scenes both huge and fine, in which things are finer than a 10⁷th of their distance from
+    /// the scene's centre.
+    #[arg(long, value_name = "PRECISION", default_value = "f32", value_parser = choice(PRECISIONS))]
+    pub precision: Precision,
 }
 
 /// What is said about it.
@@ -593,6 +597,15 @@ pub(super) const NODE_FORMATS: &[(&str, &str, NodeFormat)] = &[
 pub(super) const INTERSECTIONS: &[(&str, &str, Intersection)] = &[
     ("watertight", "no ray slips between triangles that share an edge (Woop et al. 2013)", Intersection::Watertight),
     ("fast", "fewer operations, and a ray in a million slips through (Möller and Trumbore 1997)", Intersection::Fast),
+];
+
+pub(super) const PRECISIONS: &[(&str, &str, Precision)] = &[
+    ("f32", "24 bits: enough for most, as scenes are read around their own centre", Precision::F32),
+    (
+        "f64",
+        "48 bits for geometry, lights, camera and where rays start, for more time; directions keep 24",
+        Precision::F64,
+    ),
 ];
 
 const TOP_EXAMPLES: &str = "\

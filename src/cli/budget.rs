@@ -1,10 +1,10 @@
 //! Memory, predicted before it is taken.
 
 use super::resolve::SceneSource;
-use crate::bvh::peak_bytes;
+use crate::bvh::{double_peak_bytes, peak_bytes};
 use crate::error::{Error, Result};
 use crate::measure::{memory, units};
-use crate::options::AccelOptions;
+use crate::options::{AccelOptions, Precision};
 use crate::scene::description::SceneDescription;
 use crate::scene::procedural;
 use glam::Vec3;
@@ -81,10 +81,10 @@ pub fn reading(source: &SceneSource) -> Result<u64> {
 /// Bytes that laying out the tables takes: one mesh is moved, several are copied into one.
 pub fn preparing(description: &SceneDescription) -> u64 {
     let corner = size_of::<Vec3>() as u64;
-    let bytes = description
-        .meshes
-        .iter()
-        .map(|mesh| (mesh.positions.len() + mesh.normals.len()) as u64 * corner + mesh.triangles.len() as u64 * 12);
+    let bytes = description.meshes.iter().map(|mesh| {
+        let double = size_of_val(&mesh.double[..]) as u64;
+        (mesh.positions.len() + mesh.normals.len()) as u64 * corner + double + mesh.triangles.len() as u64 * 12
+    });
     // Growing vectors take twice what they hold, while they are copied. The largest mesh may come first and be moved.
     let largest = bytes.clone().max().unwrap_or(0);
     if description.meshes.len() > 1 { 2 * (bytes.sum::<u64>() - largest) } else { 0 }
@@ -93,5 +93,13 @@ pub fn preparing(description: &SceneDescription) -> u64 {
 /// The tree to build: the one asked for, if there is memory for it. This is where a smaller format would be chosen.
 pub fn tree_that_fits(options: AccelOptions, primitives: usize, budget: &Budget) -> Result<(AccelOptions, Phase)> {
     let what = format!("building the tree over {} primitives", units::count(primitives as u64));
-    Ok((options, budget.start(&what, peak_bytes(primitives, options.quality))?))
+    Ok((options, budget.start(&what, tree(&options, primitives))?))
+}
+
+/// Bytes that building a tree takes at its peak.
+pub fn tree(options: &AccelOptions, primitives: usize) -> u64 {
+    match options.precision {
+        Precision::F32 => peak_bytes(primitives, options.quality),
+        Precision::F64 => double_peak_bytes(primitives),
+    }
 }

@@ -32,9 +32,7 @@ fn framing(view: &ViewRequest, staged: &Staged, options: &RenderOptions, min: DV
             .map_err(|why| format!("{}: {why}", description.name))
     };
     match (&view.framing, staged.camera) {
-        (Framing::Settings { camera, position }, _) => {
-            Ok(Camera { position: (*position - description.origin).as_vec3(), ..*camera })
-        }
+        (Framing::Settings { camera, position }, _) => Ok(camera.at(*position - description.origin)),
         (Framing::Choice(choice), _) => choose(*choice).map_err(Error::Options),
         (Framing::Scene, Some(camera)) => Ok(camera),
         (Framing::Scene, None) if description.course_profile => choose(CameraChoice::Course).map_err(Error::Scene),

@@ -9,6 +9,7 @@ use super::report::{self, Facts, table};
 use super::resolve::RenderRequest;
 use crate::bvh::PhaseSeconds;
 use crate::measure::units;
+use crate::options::Precision;
 use crate::plan::Plan;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -76,6 +77,7 @@ fn scene(loaded: &Loaded) -> String {
         facts.add("origin", format!("{}: the scene lies {far:.0} times its size from the file's", scene.origin));
         facts.add("bounds", format!("{min} to {max} around it"));
     }
+    facts.add("precision", precision(loaded));
     facts.add("tables", units::bytes(scene.bytes() as u64));
     facts.text()
 }
@@ -86,12 +88,34 @@ fn camera(loaded: &Loaded, plan: &Plan) -> String {
     let degrees = |tan_half: f32| 2.0 * tan_half.atan().to_degrees();
     let mut facts = Facts::default();
     let around = if loaded.scene.origin == DVec3::ZERO { "" } else { " around the scene's origin" };
-    facts.add("position", format!("{}{around}", camera.position));
+    facts.add("position", format!("{}{around}", camera_place(loaded)));
     facts.add("looks along", camera.forward.to_string());
     facts.add("up", camera.up.to_string());
     facts.add("shows", format!("{:.2}° × {:.2}°", degrees(x), degrees(y)));
     facts.add("picture", report::picture_line(&plan.options));
     facts.text()
+}
+
+/// As exactly as it is known.
+fn camera_place(loaded: &Loaded) -> String {
+    match loaded.accel.precision() {
+        Precision::F32 => loaded.camera.position.to_string(),
+        Precision::F64 => loaded.camera.place().to_string(),
+    }
+}
+
+/// How exactly positions are known, and what follows.
+fn precision(loaded: &Loaded) -> String {
+    let (min, max) = loaded.scene.bounds();
+    let largest = min.abs().max(max.abs()).max_element();
+    let step = f64::from(largest.next_up() - largest);
+    match loaded.accel.precision() {
+        Precision::F32 => format!("single, as by default: positions farthest from the origin are {step:e} apart"),
+        Precision::F64 => {
+            let step = step / f64::from(1 << 24);
+            format!("double, as asked: positions farthest from the origin are {step:e} apart")
+        }
+    }
 }
 
 /// The acceleration structure in numbers.

@@ -14,6 +14,7 @@ use crate::export::split::{Mesh, Split};
 use crate::film::atomic_file;
 use crate::measure::progress::Progress;
 use crate::measure::units;
+use crate::options::Precision;
 use crate::scene::description::SceneDescription;
 use glam::DVec3;
 use serde_json::json;
@@ -38,7 +39,7 @@ pub fn run(args: MeshArgs) -> anyhow::Result<Done> {
     let source = scene_source(args.scene);
     Budget { limit: None }.start("reading the mesh", budget::reading(&source)?)?;
     let progress = Progress::busy("reading", !args.report.quiet);
-    let (description, _) = describe(&source)?;
+    let (description, _) = describe(&source, Precision::F32)?;
     let mut notes = description.notes.clone();
     notes.extend(left_out(&description));
     let origin = description.origin;

@@ -10,7 +10,7 @@ use crate::film::output::Format;
 use crate::measure::units;
 use crate::options::{
     Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat,
-    RenderOptions, Sampler, Trust,
+    Precision, RenderOptions, Sampler, Trust,
 };
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
@@ -96,6 +96,8 @@ pub struct SceneRequest {
     pub up: Option<UpAxis>,
     /// How it is built.
     pub options: SceneOptions,
+    /// How exactly its positions are wanted.
+    pub precision: Precision,
     /// How much memory it may take, and where its tree is kept.
     pub storage: StorageRequest,
 }
@@ -204,11 +206,15 @@ impl RenderRequest {
             threads: args.speed.threads,
             simd: args.speed.simd,
         };
+        if let Some(other) = options.not_in_double() {
+            return misuse(format!("--precision f64 does not go with --{other}"));
+        }
         let explain = args.explain.pixel.map(|pixel| (pixel, args.explain.sample.unwrap_or(0)));
         if let Some(([x, y], _)) = explain.filter(|([x, y], _)| *x >= width || *y >= height) {
             return misuse(format!("--pixel {x},{y} is not in the frame of {width} × {height} pixels"));
         }
-        Ok(RenderRequest { scene: scene(args.scene), view, options, outputs, explain, report: args.report, notes })
+        let scene = SceneRequest { precision: options.accel.precision, ..scene(args.scene) };
+        Ok(RenderRequest { scene, view, options, outputs, explain, report: args.report, notes })
     }
 
     /// Of renders that leave no pictures of their own.
@@ -269,7 +275,7 @@ impl BvhRequest {
 
 /// The acceleration structure that was asked for.
 pub fn accel(args: &AccelArgs) -> Result<AccelOptions> {
-    let AccelArgs { accel: kind, bvh, nodes, intersection } = *args;
+    let AccelArgs { accel: kind, bvh, nodes, intersection, precision } = *args;
     if kind == Accel::Brute {
         if bvh.is_some() {
             return misuse("--bvh says how good a tree to build, but --accel brute builds none");
@@ -281,7 +287,12 @@ pub fn accel(args: &AccelArgs) -> Result<AccelOptions> {
     if (intersection, nodes) == (Intersection::Fast, Some(NodeFormat::Compact)) {
         return misuse("--nodes compact goes with --intersection watertight only");
     }
-    Ok(AccelOptions { kind, quality: bvh.unwrap_or_default(), nodes: nodes.unwrap_or_default(), intersection })
+    if precision == Precision::F64 && (bvh.is_some() || nodes.is_some()) {
+        let (option, what) = if bvh.is_some() { ("--bvh", "quality") } else { ("--nodes", "kind of nodes") };
+        return misuse(format!("{option} does not go with --precision f64, whose tree comes in one {what}"));
+    }
+    let (quality, nodes) = (bvh.unwrap_or_default(), nodes.unwrap_or_default());
+    Ok(AccelOptions { kind, quality, nodes, intersection, precision })
 }
 
 fn misuse<T>(what: impl Into<String>) -> Result<T> {
@@ -427,7 +438,14 @@ fn scene(args: SceneArgs) -> SceneRequest {
 pub fn scene_at(path: Option<PathBuf>, staging: &StagingArgs) -> SceneRequest {
     let source = path.map_or(SceneSource::BuiltIn, scene_source);
     let options = SceneOptions { normals: staging.normals, substitute_materials: staging.substitute_materials };
-    SceneRequest { source, stage: staging.stage, up: staging.up, options, storage: storage(&staging.storage) }
+    SceneRequest {
+        source,
+        stage: staging.stage,
+        up: staging.up,
+        options,
+        precision: Precision::F32,
+        storage: storage(&staging.storage),
+    }
 }
 
 /// Memory and cache, with the defaults.

@@ -5,13 +5,13 @@ use super::budget::{self, Budget, Phase};
 use super::exit::complain;
 use super::load::phase;
 use super::resolve::StorageRequest;
-use crate::bvh::{Accel, peak_bytes};
+use crate::bvh::Accel;
 use crate::cache::folder::Found;
 use crate::cache::{Cache, Key};
 use crate::error::Result;
 use crate::measure::progress::Progress;
 use crate::measure::units;
-use crate::options::{self, AccelOptions};
+use crate::options::{self, AccelOptions, Precision};
 use crate::scene::shapes::Shapes;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -89,7 +89,9 @@ impl Wanted<'_> {
 
     /// The cache, if it is meant for such a tree.
     fn cache(&self) -> Option<&Cache> {
-        let kept = self.options.kind == options::Accel::Bvh && self.shapes.prim_count() > self.storage.cache_above;
+        // Trees in double precision have no file format.
+        let kept = (self.options.kind, self.options.precision) == (options::Accel::Bvh, Precision::F32)
+            && self.shapes.prim_count() > self.storage.cache_above;
         self.storage.cache.as_ref().filter(|_| kept)
     }
 
@@ -97,7 +99,7 @@ impl Wanted<'_> {
         let budget = Budget { limit: self.storage.memory_limit };
         let primitives = self.shapes.prim_count();
         let (options, memory) = budget::tree_that_fits(self.options, primitives, &budget)?;
-        let needed = peak_bytes(primitives, options.quality);
+        let needed = budget::tree(&options, primitives);
         if needed >= LARGE && !self.report.quiet {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
             complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));

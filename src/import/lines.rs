@@ -268,9 +268,13 @@ impl<'a> Cursor<'a> {
 
     #[cold]
     fn far_coordinate(&mut self, name: &str, origin: f64) -> Result<f32, Fault> {
+        Ok((self.f64(name)? - origin) as f32)
+    }
+
+    /// A number, exactly rounded to `f64`.
+    pub fn f64(&mut self, name: &str) -> Result<f64, Fault> {
         let token = self.required(name)?;
-        let value = number::parse_f64(token).ok_or_else(|| self.wrong(token, name, "a number"))?;
-        Ok((value - origin) as f32)
+        number::parse_f64(token).ok_or_else(|| self.wrong(token, name, "a number"))
     }
 
     #[cold]

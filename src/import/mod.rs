@@ -10,6 +10,7 @@ pub mod polygon;
 mod recentre;
 
 use crate::error::{At, Error, Result};
+use crate::options::Precision;
 use crate::scene::description::{MaterialDescription, SceneDescription, Surface};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -17,6 +18,11 @@ use std::path::Path;
 /// Reads a scene file; its extension, in any case, says how. What lies far from the origin for its size is read
 /// around its own centre: see [`SceneDescription::origin`].
 pub fn load(path: &Path) -> Result<SceneDescription> {
+    load_in(path, Precision::F32)
+}
+
+/// As [`load`], in some precision: in double precision, descriptions also have what single precision leaves of positions.
+pub fn load_in(path: &Path, precision: Precision) -> Result<SceneDescription> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let parse = match extension.as_str() {
         "dae" => dae::parse_around,
@@ -28,18 +34,35 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         }
     };
     let bytes = bytes::read(path)?;
-    let mut scene = parse(path, &bytes, DVec3::ZERO)?;
+    let around = |origin| Around { origin, precision };
+    let mut scene = parse(path, &bytes, around(DVec3::ZERO))?;
     // Twice where the first centre was rounded by more than the size of the scene.
     for _ in 0..2 {
         let Some(centre) = recentre::centre(&scene) else { break };
         let origin = scene.origin + centre;
         drop(scene);
-        scene = parse(path, &bytes, origin)?;
+        scene = parse(path, &bytes, around(origin))?;
     }
     if scene.origin != DVec3::ZERO {
         scene.notes.push(recentre::note(&scene));
     }
     Ok(scene)
+}
+
+/// How positions are taken from a file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Around {
+    /// What is subtracted from every one, in `f64`, before it is rounded.
+    pub origin: DVec3,
+    /// Whether what rounding leaves is kept, too.
+    pub precision: Precision,
+}
+
+impl Around {
+    /// Whether positions are wanted in double precision.
+    pub fn in_double(&self) -> bool {
+        self.precision == Precision::F64
+    }
 }
 
 /// What to call a scene: the file's name, without its folders.

@@ -4,6 +4,7 @@
 //! emissive mesh together, or a sphere. Its *parts* are what points are drawn from: the triangles of a mesh, or the light
 //! itself.
 
+pub mod near;
 pub mod rectangle;
 pub mod selection;
 pub mod shape;
@@ -12,6 +13,7 @@ pub mod triangle;
 
 use crate::options::LightSampling;
 use crate::sampling::lanes::{Lanes, V3};
+use crate::scene::origin::Origin;
 use glam::Vec3;
 use shape::{EmissiveMesh, EmissiveSphere, LightShape};
 
@@ -69,7 +71,12 @@ impl Light {
 
     /// A point of a part seen from `from`: two numbers in [0, 1) choose it.
     #[inline(always)]
-    pub fn sample(&self, part: u32, from: V3<f32>, [u, v]: [f32; 2], how: LightSampling) -> LightSample<f32> {
+    pub fn sample(&self, part: u32, from: impl Into<Origin>, [u, v]: [f32; 2], how: LightSampling) -> LightSample<f32> {
+        let from: Origin = from.into();
+        if from.low.is_some() {
+            return self.near(part, from.wide()).sample([u, v], how);
+        }
+        let from = from.high;
         match (&self.shape, how) {
             (LightShape::Parallelogram(p), LightSampling::Area) => p.sample_area(from, u, v),
             (LightShape::Parallelogram(p), LightSampling::SolidAngle) => p.sample_solid_angle(from, u, v),
@@ -81,7 +88,12 @@ impl Light {
     /// The solid-angle density with which [`Light::sample`] finds, from `from`, the point of the part that a ray of unit
     /// direction hits at `distance` under cosine `cos_light` (> 0) to the light's normal.
     #[inline(always)]
-    pub fn pdf(&self, part: u32, from: V3<f32>, distance: f32, cos_light: f32, how: LightSampling) -> f32 {
+    pub fn pdf(&self, part: u32, from: impl Into<Origin>, distance: f32, cos_light: f32, how: LightSampling) -> f32 {
+        let from: Origin = from.into();
+        if from.low.is_some() {
+            return self.near(part, from.wide()).pdf(distance, cos_light, how);
+        }
+        let from = from.high;
         match &self.shape {
             LightShape::Parallelogram(p) => p.pdf(from, distance, cos_light, how),
             LightShape::Mesh(mesh) => mesh.triangles[part as usize].pdf(from, distance, cos_light, how),
@@ -94,8 +106,8 @@ impl Light {
     /// Bytes that its shape keeps apart.
     pub fn bytes(&self) -> usize {
         match &self.shape {
-            LightShape::Mesh(EmissiveMesh { triangles, cdf, .. }) => {
-                size_of_val(&triangles[..]) + size_of_val(&cdf[..])
+            LightShape::Mesh(EmissiveMesh { triangles, cdf, double, .. }) => {
+                size_of_val(&triangles[..]) + size_of_val(&cdf[..]) + size_of_val(&double[..])
             }
             _ => 0,
         }

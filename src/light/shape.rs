@@ -41,6 +41,8 @@ pub const SMALLEST_SOLID_ANGLE: f32 = 1e-4;
 pub struct Parallelogram {
     /// A corner.
     pub corner: Vec3,
+    /// The corner in double precision.
+    pub place: DVec3,
     /// From the corner to the next.
     pub side_u: Vec3,
     /// From the corner to the other next.
@@ -69,6 +71,7 @@ impl Parallelogram {
         let rectangle = perpendicular.then(|| [u, v].map(|side| (side.normalize().as_vec3(), side.length() as f32)));
         (area > 0.0 && area.is_finite()).then_some(Parallelogram {
             corner,
+            place: corner.as_dvec3(),
             side_u,
             side_v,
             normal,
@@ -76,6 +79,11 @@ impl Parallelogram {
             offset: offset(reach.into()),
             rectangle,
         })
+    }
+
+    /// The same, its corner known better.
+    pub fn placed(self, place: DVec3) -> Self {
+        Parallelogram { place, ..self }
     }
 
     /// A point, uniform by area.
@@ -123,6 +131,8 @@ impl Parallelogram {
 pub struct EmissiveMesh {
     /// The triangles.
     pub triangles: Vec<EmissiveTriangle>,
+    /// Their corners in double precision, if any is not exact in single precision; else empty.
+    pub double: Vec<[DVec3; 3]>,
     /// Running sums of area fractions; the last is 1.
     pub cdf: Vec<f32>,
     /// Total area.
@@ -145,12 +155,20 @@ pub struct EmissiveTriangle {
 impl EmissiveMesh {
     /// From triangles that wind counter-clockwise seen from the emitting side. `None` without area.
     pub fn new(corners: impl Iterator<Item = [Vec3; 3]>) -> Option<Self> {
+        EmissiveMesh::in_double(corners.map(|corners| corners.map(Vec3::as_dvec3)), false)
+    }
+
+    /// As [`EmissiveMesh::new`], of corners that are known better, and kept so if that is wanted.
+    pub fn in_double(corners: impl Iterator<Item = [DVec3; 3]>, keep: bool) -> Option<Self> {
+        let mut double = Vec::new();
         let mut triangles = Vec::new();
         let mut sums = Vec::new();
         let mut area = 0.0f64;
         for corners in corners {
-            let [a, b, c]: [DVec3; 3] = corners.map(|p| p.as_dvec3());
+            double.extend(keep.then_some(corners));
+            let [a, b, c] = corners;
             let cross = (b - a).cross(c - a);
+            let corners = corners.map(|p| p.as_vec3());
             let [a, b, c] = corners.map(Vec3::abs);
             let (normal, own) = match cross.try_normalize() {
                 Some(normal) => (normal.as_vec3(), cross.length() * 0.5),
@@ -170,7 +188,13 @@ impl EmissiveMesh {
             return None;
         }
         let cdf = sums.iter().map(|&s| (s / area) as f32).collect();
-        Some(EmissiveMesh { triangles, cdf, area: total })
+        Some(EmissiveMesh { triangles, double, cdf, area: total })
+    }
+
+    /// The corners of a triangle, as exactly as they are known.
+    pub fn corners_in_double(&self, triangle: u32) -> [DVec3; 3] {
+        let known = self.double.get(triangle as usize).copied();
+        known.unwrap_or_else(|| self.triangles[triangle as usize].corners.map(Vec3::as_dvec3))
     }
 
     /// The triangle that a number picks, in proportion to area (Osada et al. 2002, §4.2).
@@ -235,6 +259,8 @@ impl EmissiveTriangle {
 pub struct EmissiveSphere {
     /// Centre.
     pub center: Vec3,
+    /// The centre in double precision.
+    pub place: DVec3,
     /// Radius.
     pub radius: f32,
     /// How far off the surface shadow rays end.
@@ -248,9 +274,15 @@ impl EmissiveSphere {
         let reach = center.abs();
         (area > 0.0 && area.is_finite()).then_some(EmissiveSphere {
             center,
+            place: center.as_dvec3(),
             radius,
             offset: offset((reach + Vec3::splat(radius)).into()),
         })
+    }
+
+    /// The same, its centre known better.
+    pub fn placed(self, place: DVec3) -> Self {
+        EmissiveSphere { place, ..self }
     }
 
     /// A direction, uniform over the cone that the sphere fills (Shirley, Wang & Zimmerman 1996, §3.2).

@@ -38,7 +38,14 @@ mod tests {
     #[test]
     fn meshes_and_spheres_count() {
         let mesh = MeshDescription { positions: vec![Vec3::new(-1.0, 0.0, 2.0), Vec3::ZERO], ..Default::default() };
-        let sphere = SphereDescription { name: String::new(), at: At::File, center: Vec3::X, radius: 0.5, material: 0 };
+        let sphere = SphereDescription {
+            name: String::new(),
+            at: At::File,
+            center: Vec3::X,
+            radius: 0.5,
+            double: None,
+            material: 0,
+        };
         let description = SceneDescription { meshes: vec![mesh], spheres: vec![sphere], ..Default::default() };
         let (min, max) = geometry_bounds(&description).unwrap();
         assert_eq!(min, DVec3::new(-1.0, -0.5, -0.5));

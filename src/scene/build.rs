@@ -1,14 +1,14 @@
 //! From description to tables: checks that everything can be rendered, concatenates meshes, finds the lights.
 
 use super::description::{AreaLightDescription, MaterialDescription, SceneDescription, Surface};
-use super::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
+use super::shapes::{Geometry, NO_LIGHT, Shapes, Sphere, SphereInDouble};
 use super::{Scene, SceneOptions};
 use crate::error::{Error, Note, Result};
 use crate::light::Light;
 use crate::light::shape::{EmissiveMesh, EmissiveSphere, LightShape, Parallelogram};
 use crate::material::Material;
 use crate::options::Normals;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Albedo of the stand-in for a material that cannot be rendered.
@@ -64,16 +64,20 @@ impl Scene {
                 continue;
             }
             let material = scene.materials[mesh.material as usize];
+            if !mesh.double.is_empty() && mesh.double.len() != mesh.positions.len() {
+                let (some, all) = (mesh.double.len(), mesh.positions.len());
+                return Err(Error::Scene(format!("{place}: {some} of {all} positions are in double precision")));
+            }
             let light = if material.emission == Vec3::ZERO {
                 NO_LIGHT
             } else {
-                let corners = mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize]));
-                let shape = EmissiveMesh::new(corners).map(LightShape::Mesh);
+                let corners = mesh.triangles.iter().map(|t| t.map(|i| mesh.position(i)));
+                let shape = EmissiveMesh::in_double(corners, !mesh.double.is_empty()).map(LightShape::Mesh);
                 scene.add_light(&mesh.name, shape, material.emission)
             };
             scene.shapes.add_mesh(
                 mesh.name,
-                mesh.positions,
+                (mesh.positions, mesh.double),
                 smooth.then_some(mesh.normals),
                 mesh.triangles,
                 mesh.material,
@@ -83,6 +87,8 @@ impl Scene {
         for area_light in &description.area_lights {
             scene.add_area_light(name, area_light, smooth)?;
         }
+        // Whether any sphere is more than single precision holds.
+        let mut in_double = false;
         for sphere in description.spheres {
             if !(sphere.center.is_finite() && sphere.radius > 0.0 && sphere.radius.is_finite()) {
                 return Err(Error::Scene(format!(
@@ -94,13 +100,22 @@ impl Scene {
             let light = if emission == Vec3::ZERO {
                 NO_LIGHT
             } else {
-                let shape = EmissiveSphere::new(sphere.center, sphere.radius).map(LightShape::Sphere);
+                let place = sphere.double.map_or(sphere.center.as_dvec3(), |(center, _)| center);
+                let shape = EmissiveSphere::new(sphere.center, sphere.radius);
+                let shape = shape.map(|shape| LightShape::Sphere(shape.placed(place)));
                 scene.add_light(&sphere.name, shape, emission)
             };
             let first_prim = scene.shapes.prim_count() as u32;
             scene.shapes.spheres.push(Sphere { center: sphere.center, radius: sphere.radius });
+            let single = (sphere.center.as_dvec3(), sphere.radius.into());
+            let (center, radius) = sphere.double.unwrap_or(single);
+            in_double |= (center, radius) != single;
+            scene.shapes.spheres_double.push(SphereInDouble { center, radius });
             let geometry = Geometry { name: sphere.name, first_prim, prim_count: 1, material: sphere.material, light };
             scene.shapes.geometries.push(geometry);
+        }
+        if !in_double {
+            scene.shapes.spheres_double = Vec::new();
         }
         if scene.shapes.prim_count() == 0 {
             return Err(Error::Scene(format!("{name}: nothing to render: no triangle and no sphere")));
@@ -131,7 +146,9 @@ impl Scene {
         let out = light.side_u.as_dvec3().cross(light.side_v.as_dvec3()).dot(light.direction.as_dvec3());
         let (u, v) = if out < 0.0 { (light.side_v, light.side_u) } else { (light.side_u, light.side_v) };
         let corner = light.center - u * 0.5 - v * 0.5;
-        let shape = Parallelogram::new(corner, u, v).map(LightShape::Parallelogram);
+        let place = light.double.map(|center| center - u.as_dvec3() * 0.5 - v.as_dvec3() * 0.5);
+        let shape = Parallelogram::new(corner, u, v)
+            .map(|shape| LightShape::Parallelogram(shape.placed(place.unwrap_or(corner.as_dvec3()))));
         let id = self.add_light(&light.name, shape, light.radiance);
         if id == NO_LIGHT {
             return Ok(());
@@ -139,18 +156,22 @@ impl Scene {
         let material = self.materials.len() as u32;
         self.materials.push(Material { albedo: Vec3::ZERO, emission: light.radiance });
         let positions = vec![corner, corner + u, corner + u + v, corner + v];
+        let double = place.map_or(Vec::new(), |corner| {
+            let (u, v) = (u.as_dvec3(), v.as_dvec3());
+            vec![corner, corner + u, corner + u + v, corner + v]
+        });
         let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        self.shapes.add_mesh(light.name.clone(), positions, smooth.then(Vec::new), triangles, material, id);
+        self.shapes.add_mesh(light.name.clone(), (positions, double), smooth.then(Vec::new), triangles, material, id);
         Ok(())
     }
 }
 
 impl Shapes {
-    /// Appends a mesh. `normals`: `None` when the scene is flat; an empty vector stands for "none here".
+    /// Appends a mesh. `double` may be empty. `normals`: `None` when the scene is flat; an empty vector stands for "none here".
     fn add_mesh(
         &mut self,
         name: String,
-        positions: Vec<Vec3>,
+        (positions, mut double): (Vec<Vec3>, Vec<DVec3>),
         normals: Option<Vec<Vec3>>,
         triangles: Vec<[u32; 3]>,
         material: u32,
@@ -163,6 +184,14 @@ impl Shapes {
         if let Some(mut normals) = normals {
             normals.resize(positions.len(), Vec3::ZERO);
             append(&mut self.normals, normals);
+        }
+        // All positions have a row in double precision, or none has.
+        if !(double.is_empty() && self.double.is_empty()) {
+            self.double.extend(self.positions[self.double.len()..].iter().map(|p| p.as_dvec3()));
+            if double.is_empty() {
+                double.extend(positions.iter().map(|p| p.as_dvec3()));
+            }
+            append(&mut self.double, double);
         }
         append(&mut self.positions, positions);
         let mut triangles = triangles;

@@ -1,5 +1,7 @@
 //! Pinhole cameras: where they stand, and the ray through a point of the image.
 
+use super::origin::{Origin, split};
+use crate::options::Precision;
 use crate::sampling::lanes::{Lanes, V3};
 use glam::{DVec3, Vec3};
 use serde::Serialize;
@@ -11,6 +13,9 @@ use serde::Serialize;
 pub struct Camera {
     /// Position, world space.
     pub position: Vec3,
+    /// What single precision leaves of the position; reports have it where it is not zero.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub low: Vec3,
     /// Unit, to the right of the image.
     pub right: Vec3,
     /// Unit, up in the image.
@@ -23,11 +28,17 @@ pub struct Camera {
     pub tan_half_y: f32,
 }
 
+fn is_zero(low: &Vec3) -> bool {
+    *low == Vec3::ZERO
+}
+
 /// A camera made ready for one frame size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Ray origin.
     pub origin: Vec3,
+    /// What single precision leaves of it.
+    pub low: Vec3,
     /// Direction (not normalised) through the top left corner of the frame.
     pub corner: Vec3,
     /// Step a pixel to the right.
@@ -61,14 +72,27 @@ impl Camera {
             return Err("the camera's field of view must be between 0 and 180 degrees".into());
         }
         let camera_up = right.cross(forward);
+        let (high, low) = split(position);
         Ok(Camera {
-            position: position.as_vec3(),
+            position: high,
+            low,
             right: right.as_vec3(),
             up: camera_up.as_vec3(),
             forward: forward.as_vec3(),
             tan_half_x: tan_half_x as f32,
             tan_half_y: tan_half_y as f32,
         })
+    }
+
+    /// The same camera elsewhere.
+    pub fn at(self, position: DVec3) -> Camera {
+        let (position, low) = split(position);
+        Camera { position, low, ..self }
+    }
+
+    /// Where it stands, as exactly as that is known.
+    pub fn place(&self) -> DVec3 {
+        self.position.as_dvec3() + self.low.as_dvec3()
     }
 
     /// tan of half the angles that a frame of `width` × `height` pixels shows.
@@ -83,6 +107,7 @@ impl Camera {
         let (tan_x, tan_y) = self.shown(width, height);
         Lens {
             origin: self.position,
+            low: self.low,
             corner: self.forward - self.right * tan_x + self.up * tan_y,
             dx: self.right * (2.0 * tan_x / width as f32),
             dy: self.up * (-2.0 * tan_y / height as f32),
@@ -91,6 +116,13 @@ impl Camera {
 }
 
 impl Lens {
+    /// Where rays start.
+    #[inline(always)]
+    pub fn origin(&self, precision: Precision) -> Origin {
+        let low = (precision == Precision::F64).then_some(V3::from(self.low));
+        Origin { high: self.origin.into(), low }
+    }
+
     /// Unit direction through `(x, y)`, in pixels from the top left corner of the frame.
     #[inline(always)]
     pub fn direction<F: Lanes>(&self, x: F, y: F) -> V3<F> {

@@ -49,6 +49,7 @@ pub fn description() -> Result<Staged> {
         at: At::File,
         center: BALL_PLACE,
         radius: BALL_RADIUS,
+        double: None,
         material: 1,
     });
     add_room(&mut scene, &ROOM);
@@ -56,6 +57,7 @@ pub fn description() -> Result<Staged> {
         name: "ceiling light".into(),
         at: At::File,
         center: Vec3::new(0.0, 0.895, 0.0),
+        double: None,
         side_u: Vec3::new(0.9, 0.0, 0.0),
         side_v: Vec3::new(0.0, 0.0, 0.7),
         direction: Vec3::NEG_Y,

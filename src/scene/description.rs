@@ -38,12 +38,22 @@ pub struct MeshDescription {
     pub at: At,
     /// Vertex positions.
     pub positions: Vec<Vec3>,
+    /// The positions in double precision, if that was asked for and the source knows more than single precision holds; else empty.
+    pub double: Vec<DVec3>,
     /// Unit vertex normals, one a position, or empty.
     pub normals: Vec<Vec3>,
     /// Three vertex indices a triangle, each below `positions.len()`.
     pub triangles: Vec<[u32; 3]>,
     /// Index into [`SceneDescription::materials`].
     pub material: u32,
+}
+
+impl MeshDescription {
+    /// A vertex position, as exactly as it is known.
+    pub fn position(&self, vertex: u32) -> DVec3 {
+        let vertex = vertex as usize;
+        self.double.get(vertex).copied().unwrap_or_else(|| self.positions[vertex].as_dvec3())
+    }
 }
 
 /// A sphere in world space.
@@ -57,6 +67,8 @@ pub struct SphereDescription {
     pub center: Vec3,
     /// Radius, above 0.
     pub radius: f32,
+    /// Centre and radius in double precision, as [`MeshDescription::double`].
+    pub double: Option<(DVec3, f64)>,
     /// Index into [`SceneDescription::materials`].
     pub material: u32,
 }
@@ -136,6 +148,8 @@ pub struct AreaLightDescription {
     pub at: At,
     /// Centre.
     pub center: Vec3,
+    /// The centre in double precision, as [`MeshDescription::double`].
+    pub double: Option<DVec3>,
     /// Full side, first.
     pub side_u: Vec3,
     /// Full side, second.

@@ -5,6 +5,8 @@ pub mod build;
 pub mod camera;
 pub mod default;
 pub mod description;
+pub mod double;
+pub mod origin;
 pub mod procedural;
 pub mod settings;
 pub mod shapes;
@@ -52,6 +54,8 @@ impl Scene {
             + s.normals.len() * size_of::<Vec3>()
             + s.triangles.len() * size_of::<[u32; 3]>()
             + s.spheres.len() * size_of::<shapes::Sphere>()
+            + s.double.len() * size_of::<DVec3>()
+            + s.spheres_double.len() * size_of::<shapes::SphereInDouble>()
             + s.geometries.len() * size_of::<shapes::Geometry>()
             + self.materials.len() * size_of::<Material>()
             + self.lights.len() * size_of::<Light>()

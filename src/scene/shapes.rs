@@ -4,7 +4,7 @@
 //! follow. A *geometry* is a run of primitives that share a material; its number is what hit records carry.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -14,6 +14,16 @@ pub struct Sphere {
     pub center: Vec3,
     /// Radius, above 0.
     pub radius: f32,
+}
+
+/// A sphere in double precision.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SphereInDouble {
+    /// Centre, world space.
+    pub center: DVec3,
+    /// Radius, above 0.
+    pub radius: f64,
 }
 
 /// A run of primitives with one material.
@@ -45,6 +55,10 @@ pub struct Shapes {
     pub triangles: Vec<[u32; 3]>,
     /// Spheres.
     pub spheres: Vec<Sphere>,
+    /// The positions in double precision, if any of them is not exact in single precision and that was asked for; else empty.
+    pub double: Vec<DVec3>,
+    /// The spheres in double precision, as [`Shapes::double`].
+    pub spheres_double: Vec<SphereInDouble>,
     /// Runs of primitives, ascending by `first_prim`, without gaps.
     pub geometries: Vec<Geometry>,
 }
@@ -59,6 +73,25 @@ impl Shapes {
     #[inline(always)]
     pub fn corners(&self, prim: u32) -> [Vec3; 3] {
         self.triangles[prim as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The three corners of triangle `prim`, as exactly as they are known.
+    #[inline(always)]
+    pub fn corners_in_double(&self, prim: u32) -> [DVec3; 3] {
+        let vertices = self.triangles[prim as usize].map(|i| i as usize);
+        match self.double.is_empty() {
+            true => vertices.map(|i| self.positions[i].as_dvec3()),
+            false => vertices.map(|i| self.double[i]),
+        }
+    }
+
+    /// Centre and radius of a sphere by its number among spheres, as exactly as they are known.
+    #[inline(always)]
+    pub fn sphere_in_double(&self, number: usize) -> (DVec3, f64) {
+        match self.spheres_double.get(number) {
+            Some(sphere) => (sphere.center, sphere.radius),
+            None => (self.spheres[number].center.as_dvec3(), self.spheres[number].radius.into()),
+        }
     }
 
     /// The geometry that primitive `prim` belongs to.

@@ -83,24 +83,27 @@ fn turn_up(description: &mut SceneDescription, up: UpAxis) {
         UpAxis::Y => return,
         UpAxis::Z => |v| Vec3::new(-v.x, v.z, v.y),
     };
+    let turn_double = |DVec3 { x, y, z }: DVec3| match up {
+        UpAxis::X => DVec3::new(-y, x, z),
+        UpAxis::Y => DVec3::new(x, y, z),
+        UpAxis::Z => DVec3::new(-x, z, y),
+    };
     for mesh in &mut description.meshes {
         mesh.positions.par_iter_mut().chain(&mut mesh.normals).for_each(|v| *v = turn(*v));
+        mesh.double.par_iter_mut().for_each(|v| *v = turn_double(*v));
     }
     for sphere in &mut description.spheres {
         sphere.center = turn(sphere.center);
+        sphere.double = sphere.double.map(|(center, radius)| (turn_double(center), radius));
     }
     for light in &mut description.area_lights {
         light.center = turn(light.center);
+        light.double = light.double.map(turn_double);
         light.side_u = turn(light.side_u);
         light.side_v = turn(light.side_v);
         light.direction = turn(light.direction);
     }
-    let DVec3 { x, y, z } = description.origin;
-    description.origin = match up {
-        UpAxis::X => DVec3::new(-y, x, z),
-        UpAxis::Y => description.origin,
-        UpAxis::Z => DVec3::new(-x, z, y),
-    };
+    description.origin = turn_double(description.origin);
 }
 
 /// Scales the geometry in the box from `min` to `max` so that its largest side is `side`, and moves it so that the
@@ -110,11 +113,16 @@ fn put(description: &mut SceneDescription, min: DVec3, max: DVec3, side: f64, fo
     let base = DVec3::new((min.x + max.x) / 2.0, min.y, (min.z + max.z) / 2.0);
     let moved = |p: DVec3| (p - base) * scale + foot;
     for mesh in &mut description.meshes {
-        mesh.positions.par_iter_mut().for_each(|p| *p = moved(p.as_dvec3()).as_vec3());
+        mesh.double.par_iter_mut().for_each(|p| *p = moved(*p));
+        match mesh.double.is_empty() {
+            true => mesh.positions.par_iter_mut().for_each(|p| *p = moved(p.as_dvec3()).as_vec3()),
+            false => mesh.positions.par_iter_mut().zip(&mesh.double).for_each(|(p, q)| *p = q.as_vec3()),
+        }
     }
     for sphere in &mut description.spheres {
         sphere.center = moved(sphere.center.as_dvec3()).as_vec3();
         sphere.radius = (f64::from(sphere.radius) * scale) as f32;
+        sphere.double = sphere.double.map(|(center, radius)| (moved(center), radius * scale));
     }
     description.origin = DVec3::ZERO;
     (moved(min), moved(max))
@@ -186,6 +194,7 @@ fn softbox(name: &str, center: DVec3, target: DVec3, side: f64, radiance: Vec3) 
         name: name.into(),
         at: At::File,
         center: center.as_vec3(),
+        double: None,
         side_u: (side_u * side).as_vec3(),
         side_v: (side_v * side).as_vec3(),
         direction: direction.as_vec3(),

@@ -1,5 +1,6 @@
 //! The point where a ray meets a surface: position, normals, and how far rounding may have moved it.
 
+use super::origin::Origin;
 use crate::sampling::lanes::{Lanes, V3};
 use glam::DVec3;
 
@@ -9,15 +10,22 @@ use glam::DVec3;
 /// size of the scene.
 pub const ROUNDING: f32 = 32.0 * (f32::EPSILON * 0.5);
 
-/// A point of a surface, seen from a ray.
+/// A point of a surface, seen from a ray. `O` says where rays leave: four points at once, or one in either precision.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint<F> {
+pub struct SurfacePoint<F, O = V3<F>> {
     /// Where rays leave: off the surface by the rounding error, to the side that the ray came from.
-    pub origin: V3<F>,
+    pub origin: O,
     /// Unit geometric normal, on the side that the ray came from.
     pub geometric: V3<F>,
     /// Unit shading normal, on the side that the ray came from.
     pub normal: V3<F>,
+}
+
+impl From<SurfacePoint<f32>> for SurfacePoint<f32, Origin> {
+    #[inline(always)]
+    fn from(point: SurfacePoint<f32>) -> Self {
+        SurfacePoint { origin: point.origin.into(), geometric: point.geometric, normal: point.normal }
+    }
 }
 
 /// A point of a triangle with barycentric weights (1−u−v, u, v), hit along `direction`.

@@ -32,6 +32,7 @@ pub const STAGE: Stage = Stage {
         ("sample.b", Features::ALWAYS),
         ("path.o*", Features::ALWAYS),
         ("path.d*", Features::ALWAYS),
+        ("path.l*", Features::DOUBLE),
         ("path.slot", Features::ALWAYS),
         ("path.beta*", Features::SCATTER),
     ],
@@ -93,6 +94,11 @@ impl Kernel for Generate<'_, '_> {
         paths.ox[..n].fill(lens.origin.x);
         paths.oy[..n].fill(lens.origin.y);
         paths.oz[..n].fill(lens.origin.z);
+        for (column, low) in [&mut paths.lx, &mut paths.ly, &mut paths.lz].into_iter().zip(lens.low.to_array()) {
+            if !column.is_empty() {
+                column[..n].fill(low);
+            }
+        }
         for (slot, row) in paths.slot[..n].iter_mut().enumerate() {
             *row = slot as u32;
         }

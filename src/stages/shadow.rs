@@ -79,9 +79,8 @@ fn probe(context: &Context, depth: u32, n: usize, shadows: &Shadows, out: Out) -
     let trace = if context.counts { Accel::closest_hits_counted } else { Accel::closest_hits };
     let counts = trace(context.accel, way, context.tier, shadows.rays(n), hits.columns_mut(n));
     for row in 0..n {
-        let origin = V3::new(shadows.ox[row], shadows.oy[row], shadows.oz[row]);
         let direction = V3::new(shadows.dx[row], shadows.dy[row], shadows.dz[row]);
-        if let Some(found) = emission(context.scene, &hits.hit(row), origin, direction) {
+        if let Some(found) = emission(context.scene, &hits.hit(row), shadows.origin(row), direction) {
             let slot = shadows.slot[row] as usize;
             let weight = V3::load([&shadows.direct_r, &shadows.direct_g, &shadows.direct_b], row);
             let value = context.transport.clamped(depth + 1, weight.times(found.light.radiance.into()));

@@ -19,7 +19,12 @@ use bumpalo::Bump;
 /// Its facts.
 pub const STAGE: Stage = Stage {
     name: "traverse",
-    reads: &[("path.o*", Features::ALWAYS), ("path.d*", Features::ALWAYS), ("path.slot", Features::COST)],
+    reads: &[
+        ("path.o*", Features::ALWAYS),
+        ("path.d*", Features::ALWAYS),
+        ("path.l*", Features::DOUBLE),
+        ("path.slot", Features::COST),
+    ],
     writes: &[
         ("hit.*", Features::HITS),
         ("sample.r", Features::COST),

@@ -49,6 +49,7 @@ features! {
     HITS = 12, "hits", "what rays hit is looked at, not only how they got there";
     LOOK_BACK = 13, "light tree", "emission that a ray finds is weighed by what the light tree would have picked on the surface that the ray left";
     EFFICIENCY = 14, "roulette by efficiency", "rays are traced with the probability at which they are worth their work";
+    DOUBLE = 15, "double precision", "positions in double precision were asked for";
 }
 
 impl Features {

@@ -2,6 +2,8 @@
 
 use super::columns::columns;
 use super::features::Features;
+use crate::sampling::lanes::V3;
+use crate::scene::origin::Origin;
 
 columns! {
     /// Where a path is, and what it still carries.
@@ -18,6 +20,12 @@ columns! {
         dy: f32 => Features::ALWAYS;
         /// ray direction, unit, world z
         dz: f32 => Features::ALWAYS;
+        /// what single precision leaves of the ray origin, world x
+        lx: f32 => Features::DOUBLE;
+        /// the same, y
+        ly: f32 => Features::DOUBLE;
+        /// the same, z
+        lz: f32 => Features::DOUBLE;
         /// row of the sample table
         slot: u32 => Features::ALWAYS;
         /// throughput β, red
@@ -40,6 +48,13 @@ columns! {
 }
 
 impl Paths {
+    /// Where the ray of a row starts.
+    #[inline(always)]
+    pub fn origin(&self, row: usize) -> Origin {
+        let low = (!self.lx.is_empty()).then(|| V3::load([&self.lx, &self.ly, &self.lz], row));
+        Origin { high: V3::new(self.ox[row], self.oy[row], self.oz[row]), low }
+    }
+
     /// The first `n` rays.
     pub fn rays(&self, n: usize) -> crate::bvh::RayColumns<'_> {
         crate::bvh::RayColumns {
@@ -51,6 +66,7 @@ impl Paths {
             dz: &self.dz[..n],
             t_min: None,
             t_max: None,
+            low: (!self.lx.is_empty()).then(|| [&self.lx[..n], &self.ly[..n], &self.lz[..n]]),
         }
     }
 }

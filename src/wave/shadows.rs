@@ -2,6 +2,8 @@
 
 use super::columns::columns;
 use super::features::Features;
+use crate::sampling::lanes::V3;
+use crate::scene::origin::Origin;
 
 columns! {
     /// A question to the scene, and what it is worth.
@@ -18,6 +20,12 @@ columns! {
         dy: f32 => Features::SHADOW;
         /// ray direction, unit, world z
         dz: f32 => Features::SHADOW;
+        /// what single precision leaves of the ray origin, world x
+        lx: f32 => Features::DOUBLE;
+        /// the same, y
+        ly: f32 => Features::DOUBLE;
+        /// the same, z
+        lz: f32 => Features::DOUBLE;
         /// distance that must be free, world units; infinite for hemisphere sampling
         t_max: f32 => Features::SHADOW;
         /// row of the sample table
@@ -32,6 +40,13 @@ columns! {
 }
 
 impl Shadows {
+    /// Where the ray of a row starts.
+    #[inline(always)]
+    pub fn origin(&self, row: usize) -> Origin {
+        let low = (!self.lx.is_empty()).then(|| V3::load([&self.lx, &self.ly, &self.lz], row));
+        Origin { high: V3::new(self.ox[row], self.oy[row], self.oz[row]), low }
+    }
+
     /// The first `n` rays.
     pub fn rays(&self, n: usize) -> crate::bvh::RayColumns<'_> {
         crate::bvh::RayColumns {
@@ -43,6 +58,7 @@ impl Shadows {
             dz: &self.dz[..n],
             t_min: None,
             t_max: Some(&self.t_max[..n]),
+            low: (!self.lx.is_empty()).then(|| [&self.lx[..n], &self.ly[..n], &self.lz[..n]]),
         }
     }
 }

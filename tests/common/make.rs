@@ -36,7 +36,14 @@ pub fn inward_box(scene: &mut SceneDescription, center: Vec3, half: f32, materia
 
 /// A sphere.
 pub fn sphere(scene: &mut SceneDescription, center: Vec3, radius: f32, material: u32) {
-    scene.spheres.push(SphereDescription { name: String::new(), at: Default::default(), center, radius, material });
+    scene.spheres.push(SphereDescription {
+        name: String::new(),
+        at: Default::default(),
+        center,
+        radius,
+        double: None,
+        material,
+    });
 }
 
 /// A parallelogram light from a corner and two sides, which emits towards `u × v`.
@@ -45,6 +52,7 @@ pub fn light(scene: &mut SceneDescription, [corner, side_u, side_v]: [Vec3; 3], 
         name: String::new(),
         at: Default::default(),
         center: corner + (side_u + side_v) * 0.5,
+        double: None,
         side_u,
         side_v,
         direction: side_u.cross(side_v),

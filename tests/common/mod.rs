@@ -29,18 +29,28 @@ pub struct Ready {
 
 impl Ready {
     pub fn new(description: SceneDescription, camera: Camera, normals: Normals) -> Ready {
+        Ready::of(description, camera, normals, options::AccelOptions::default())
+    }
+
+    /// With a structure of some kind.
+    pub fn of(description: SceneDescription, camera: Camera, normals: Normals, accel: options::AccelOptions) -> Ready {
         let name = description.name.clone();
         let scene = Scene::build(description, SceneOptions { normals, substitute_materials: false }).expect("scene");
-        let accel = Accel::build(&scene.shapes, &options::AccelOptions::default()).expect("accel");
+        let accel = Accel::build(&scene.shapes, &accel).expect("accel");
         Ready { name, scene, accel, camera }
     }
 
     /// From a file with the course's profile, seen the course's way.
     pub fn course(path: &Path, normals: Normals) -> Ready {
-        let description = comber::import::load(path).expect("readable scene");
+        Ready::course_in(path, normals, options::AccelOptions::default())
+    }
+
+    /// As [`Ready::course`], with a structure of some kind, and positions of its precision.
+    pub fn course_in(path: &Path, normals: Normals, accel: options::AccelOptions) -> Ready {
+        let description = comber::import::load_in(path, accel.precision).expect("readable scene");
         let (min, max) = geometry_bounds(&description).expect("geometry");
         let camera = viewpoint::course(description.camera.as_ref(), min, max).expect("camera");
-        Ready::new(description, camera, normals)
+        Ready::of(description, camera, normals, accel)
     }
 
     pub fn try_render(&self, options: &RenderOptions) -> Result<Outcome> {

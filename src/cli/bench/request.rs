@@ -7,7 +7,7 @@ use crate::bench::{queues, record, sets};
 use crate::cli::args::ReportArgs;
 use crate::cli::resolve::{self, SceneRequest, ViewRequest};
 use crate::error::{Error, Note, Result};
-use crate::options::{AccelOptions, Intersection, RenderOptions};
+use crate::options::{AccelOptions, Intersection, Precision, RenderOptions};
 use crate::peer::embree::scene::Quality;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -91,6 +91,11 @@ impl BenchRequest {
         }
         let threads: Vec<usize> = args.effort.threads.iter().map(|&threads| threads as usize).collect();
         let accel = resolve::accel(&args.accel)?;
+        if accel.precision == Precision::F64 {
+            return misuse(
+                "comber bench traces rays of single precision; what f64 costs, comber trade --vary precision=f32,f64 tells",
+            );
+        }
         let traces = match args.effort.once {
             Some(_) => args.effort.kernel.is_empty(),
             None => has(BenchPart::Peer),

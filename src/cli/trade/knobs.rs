@@ -2,7 +2,7 @@
 
 use super::args::Variation;
 use crate::cli::args::{AREAS, CONFIDENCES, DIRECTS, INTERSECTIONS, LIGHT_SAMPLINGS, LIGHT_SELECTIONS, MAX_SAMPLES};
-use crate::cli::args::{NODE_FORMATS, QUALITIES, SAMPLERS, TESTS, TRUSTS};
+use crate::cli::args::{NODE_FORMATS, PRECISIONS, QUALITIES, SAMPLERS, TESTS, TRUSTS};
 use crate::cli::resolve::ADAPTIVE_REPLICATES;
 use crate::cli::values::{self, chosen, whole_in};
 use crate::error::{Error, Result};
@@ -132,6 +132,11 @@ pub const KNOBS: &[Knob] = &[
         set: |options, text| put(&mut options.accel.intersection, chosen(INTERSECTIONS, text)),
     },
     Knob {
+        name: "precision",
+        help: "f32, f64: time for positions of 48 bits; the same picture but in scenes both huge and fine",
+        set: |options, text| put(&mut options.accel.precision, chosen(PRECISIONS, text)),
+    },
+    Knob {
         name: "bvh",
         help: "fast, default, best: time to build for time to trace; × 1 on these scenes; the picture stays the same",
         set: |options, text| put(&mut tree(options)?.quality, chosen(QUALITIES, text)),
@@ -229,6 +234,9 @@ fn configuration(base: &RenderOptions, vary: &[Variation], values: Vec<String>) 
         let what = "--vary: nodes compact goes with intersection watertight only";
         return Err(Error::Options(what.into()));
     }
+    if let Some(other) = options.not_in_double() {
+        return Err(Error::Options(format!("--vary: precision f64 does not go with {other}")));
+    }
     Ok(Configuration { values, options })
 }
 
@@ -276,6 +284,7 @@ mod tests {
             ("intersection", "fast"),
             ("bvh", "best"),
             ("nodes", "full"),
+            ("precision", "f64"),
             ("wave", "512"),
             ("light-sampling", "solid-angle"),
             ("light-selection", "tree"),
@@ -306,6 +315,7 @@ mod tests {
         assert!(refused(&["tolerance=0.1"]).contains("adaptive"));
         assert!(vary(&["tolerance=0.1,0.2", "adaptive=8:0.5"]).is_ok(), "whatever their order");
         assert!(refused(&["nodes=compact", "intersection=fast"]).contains("watertight"));
+        assert!(refused(&["precision=f32,f64", "intersection=watertight,fast"]).contains("precision f64"));
         let many = |name: &str| format!("{name}={}", (1..=40).map(|n| n.to_string()).collect::<Vec<_>>().join(","));
         assert!(refused(&[&many("samples"), &many("depth")]).contains("1024"));
         let brute = RenderOptions { accel: crate::options::AccelOptions::of(Accel::Brute), ..RenderOptions::default() };

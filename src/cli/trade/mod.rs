@@ -27,7 +27,7 @@ use crate::compare::z_test::sidak;
 use crate::error::{Error, Note, Result};
 use crate::film::atomic_file;
 use crate::measure::processor;
-use crate::options::AccelOptions;
+use crate::options::{AccelOptions, Precision};
 use crate::plan::Plan;
 use crate::trade::Configuration;
 use crate::trade::figures::{Figures, best_reading};
@@ -125,6 +125,9 @@ pub fn run(args: TradeArgs) -> anyhow::Result<Done> {
     let mut distinct: Vec<AccelOptions> = Vec::new();
     kinds.iter().for_each(|kind| distinct.extend(Some(*kind).filter(|kind| !distinct.contains(kind))));
     request.options.accel = distinct[0];
+    if distinct.iter().any(|kind| kind.precision == Precision::F64) {
+        request.scene.precision = Precision::F64;
+    }
     let loaded = load::load(&request.scene, &request.view, &request.options, request.report)?;
     let trees = Trees::get(&loaded, distinct, &request)?;
     let all = trees.all(&loaded);

@@ -107,7 +107,8 @@ struct Patch {
 
 impl Patch {
     fn of_light(light: &AreaLightDescription) -> Option<Patch> {
-        let (center, u, v) = (light.center.as_dvec3(), light.side_u.as_dvec3(), light.side_v.as_dvec3());
+        let center = light.double.unwrap_or(light.center.as_dvec3());
+        let (u, v) = (light.side_u.as_dvec3(), light.side_v.as_dvec3());
         let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(s, t)| center + u * s + v * t);
         Patch::new(u.cross(v), u, SmallVec::from_slice(&corners))
     }
@@ -115,7 +116,7 @@ impl Patch {
     /// The quad that a mesh of two triangles is; nothing if it is not flat.
     fn of_quad(mesh: &MeshDescription) -> Option<Patch> {
         let [first, second] = mesh.triangles[..] else { return None };
-        let corner = |index: u32| mesh.positions[index as usize].as_dvec3();
+        let corner = |index: u32| mesh.position(index);
         let corners: SmallVec<[DVec3; 6]> = first.iter().chain(&second).map(|index| corner(*index)).collect();
         let (edge1, edge2) = (corners[1] - corners[0], corners[2] - corners[0]);
         let edge3 = edge2 - edge1;

@@ -45,5 +45,5 @@ pub(super) fn read<'a>(
         return Err(document.expected(instance, what, "a transform that can be inverted"));
     }
     let at = document.at(instance);
-    Ok(Light::Area(AreaLightDescription { name, at, center, side_u, side_v, direction, radiance }))
+    Ok(Light::Area(AreaLightDescription { name, at, center, double: None, side_u, side_v, direction, radiance }))
 }

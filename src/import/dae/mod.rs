@@ -30,6 +30,7 @@ mod source;
 mod transform;
 mod walk;
 
+use super::Around;
 use crate::error::{At, Error, Note, Result};
 use crate::scene::description::SceneDescription;
 use document::Document;
@@ -49,15 +50,16 @@ const MAX_XML_NODES: u32 = 1 << 23;
 /// [`Error::Import`] with line and column when the document is not well-formed XML, refers to what is not there, holds
 /// numbers that cannot be used, exceeds one of the reader's limits, or needs a feature that is not supported.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
-    parse_around(path, bytes, DVec3::ZERO)
+    parse_around(path, bytes, Around::default())
 }
 
-/// As [`parse`], with `origin`, in the result's axes, subtracted from every position.
+/// As [`parse`], with positions taken as `around` says; its origin is in the result's axes.
 ///
 /// # Errors
 ///
 /// As [`parse`].
-pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDescription> {
+pub fn parse_around(path: &Path, bytes: &[u8], around: Around) -> Result<SceneDescription> {
+    let origin = around.origin;
     let lines = Lines::new(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = lines.line_column(error.valid_up_to());
@@ -81,7 +83,7 @@ pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDes
     let mut notes = Vec::new();
     asset_notes(&document, &mut notes);
     let axes = DMat4::from_translation(DVec3::ZERO - origin) * transform::up_axis(&document)?;
-    let (mut scene, lamps) = walk::walk(&document, axes, notes)?;
+    let (mut scene, lamps) = walk::walk(&document, (axes, around.precision), notes)?;
     lamps::count_once(&mut scene, lamps);
     scene.name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     scene.origin = origin;

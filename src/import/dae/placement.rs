@@ -29,8 +29,13 @@ impl Placement {
 
     /// A position in the world, rounded once; nothing if it is not finite.
     pub fn position(&self, local: DVec3) -> Option<Vec3> {
-        let world = self.to_world.transform_point3(local).as_vec3();
+        let world = self.in_double(local).as_vec3();
         world.is_finite().then_some(world)
+    }
+
+    /// A position in the world, not rounded to single precision.
+    pub fn in_double(&self, local: DVec3) -> DVec3 {
+        self.to_world.transform_point3(local)
     }
 
     /// A unit normal in the world; zero, which means "flat here", if there is none.

@@ -10,7 +10,8 @@ use super::lights::{self, Light};
 use super::placement::Placement;
 use super::transform;
 use crate::error::{Note, Result};
-use crate::scene::description::{MeshDescription, SceneDescription, SphereDescription};
+use crate::options::Precision;
+use crate::scene::description::{AreaLightDescription, MeshDescription, SceneDescription, SphereDescription};
 use glam::{DMat4, DVec3};
 use roxmltree::NodeId;
 use std::collections::{HashMap, HashSet};
@@ -29,11 +30,12 @@ const MAX_LIGHTS: usize = 1 << 10;
 /// Walks the visual scene that the document shows. Returns the scene, and the lights that have no shape.
 pub(super) fn walk<'a>(
     document: &Document<'a>,
-    axes: DMat4,
+    (axes, precision): (DMat4, Precision),
     notes: Vec<Note>,
 ) -> Result<(SceneDescription, Vec<Lamp>)> {
     let mut walk = Walk {
         document,
+        in_double: precision == Precision::F64,
         bindings: Bindings::new(document),
         transforms: HashMap::new(),
         targets: HashMap::new(),
@@ -61,6 +63,8 @@ enum Step<'a> {
 
 struct Walk<'d, 'a> {
     document: &'d Document<'a>,
+    /// Positions are wanted in double precision, too.
+    in_double: bool,
     bindings: Bindings<'d, 'a>,
     transforms: HashMap<NodeId, DMat4>,
     targets: HashMap<NodeId, Node<'a>>,
@@ -227,11 +231,13 @@ impl<'a> Walk<'_, 'a> {
             let what = format!("the transform of node {} does not keep a sphere round", self.document.name(node));
             return Err(self.document.expected(instance, what, "a uniform scale above 0"));
         };
-        let radius = (radius * scale) as f32;
+        let radius = radius * scale;
+        let double = self.in_double.then(|| (placement.in_double(DVec3::ZERO), radius));
+        let radius = radius as f32;
         match placement.position(DVec3::ZERO) {
             Some(center) if radius > 0.0 && radius.is_finite() => {
                 let (name, at) = (self.document.name(node), self.document.at(instance));
-                self.scene.spheres.push(SphereDescription { name, at, center, radius, material });
+                self.scene.spheres.push(SphereDescription { name, at, center, radius, double, material });
                 Ok(())
             }
             _ => Err(self.not_finite(node, instance)),
@@ -252,7 +258,7 @@ impl<'a> Walk<'_, 'a> {
             return Err(self.document.expected(instance, what, "a scene that unfolds to fewer"));
         }
         let emissive = self.bindings.materials.emits(material);
-        let Some(placed) = Instance::new(primitive, placement, emissive) else {
+        let Some(placed) = Instance::new(primitive, placement, emissive, self.in_double) else {
             return Err(self.not_finite(node, instance));
         };
         let name = self.document.name(node);
@@ -265,10 +271,10 @@ impl<'a> Walk<'_, 'a> {
             let text = format!("line {line}: emissive mesh {name} is turned to face where its vertex normals point");
             self.note_once(primitive.node, Note::info(text));
         }
-        let Instance { positions, normals, triangles, .. } = placed;
+        let Instance { positions, double, normals, triangles, .. } = placed;
         if !triangles.is_empty() {
             let at = primitive.at;
-            self.scene.meshes.push(MeshDescription { name, at, positions, normals, triangles, material });
+            self.scene.meshes.push(MeshDescription { name, at, positions, double, normals, triangles, material });
         }
         Ok(())
     }
@@ -287,7 +293,10 @@ impl<'a> Walk<'_, 'a> {
             return Err(self.document.expected(instance, format!("more than {MAX_LIGHTS} lights"), "fewer"));
         }
         match lights::read(self.document, light, node, instance, to_world)? {
-            Light::Area(light) => self.scene.area_lights.push(light),
+            Light::Area(light) => {
+                let double = self.in_double.then(|| to_world.transform_point3(DVec3::ZERO));
+                self.scene.area_lights.push(AreaLightDescription { double, ..light });
+            }
             Light::Lamp(lamp) => self.lamps.push(lamp),
         }
         Ok(())

@@ -5,7 +5,7 @@ use crate::error::Note;
 use crate::import::lines::{Text, shown};
 use crate::import::polygon;
 use crate::scene::description::MeshDescription;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
 use std::collections::HashMap;
 use std::path::Path;
@@ -74,10 +74,11 @@ pub fn assemble(mut chunks: Vec<Chunk>) -> Assembly {
         }
     }
     let positions = joined(&mut chunks, |chunk| &mut chunk.positions);
+    let double = joined(&mut chunks, |chunk| &mut chunk.double);
     let normals = joined(&mut chunks, |chunk| &mut chunk.normals);
     let parts = parts(&chunks);
     let shared = parts.len() == 1 && chunks.iter().all(|chunk| chunk.corners.iter().all(|c| c.normal == NO_NORMAL));
-    let mut unifier = Unifier::new(&positions, &normals, shared);
+    let mut unifier = Unifier::new(&positions, &double, &normals, shared);
     for part in &parts {
         let mut mesh = MeshDescription { name: name(part), ..MeshDescription::default() };
         unifier.start();
@@ -96,12 +97,13 @@ pub fn assemble(mut chunks: Vec<Chunk>) -> Assembly {
     }
     if shared && let Some(mesh) = assembly.meshes.first_mut() {
         mesh.positions = positions;
+        mesh.double = double;
     }
     assembly
 }
 
 /// All chunks' vectors in one.
-fn joined<'a>(chunks: &mut [Chunk<'a>], field: impl for<'b> Fn(&'b mut Chunk<'a>) -> &'b mut Vec<Vec3>) -> Vec<Vec3> {
+fn joined<'a, T>(chunks: &mut [Chunk<'a>], field: impl for<'b> Fn(&'b mut Chunk<'a>) -> &'b mut Vec<T>) -> Vec<T> {
     let mut all = Vec::with_capacity(chunks.iter_mut().map(|chunk| field(chunk).len()).sum());
     for chunk in chunks {
         all.append(field(chunk));
@@ -176,7 +178,7 @@ fn faces(chunk: &Chunk, run: &Run, unifier: &mut Unifier, mesh: &mut MeshDescrip
             triangles.push([0, 1, 2]);
         } else {
             places.clear();
-            places.extend(corners.iter().map(|corner| unifier.positions[corner.position as usize]));
+            places.extend(corners.iter().map(|corner| unifier.place(*corner, corners[0])));
             assembly.uncovered += u64::from(!polygon::triangulate(&places, &mut triangles));
         }
         vertices.clear();
@@ -198,6 +200,8 @@ fn faces(chunk: &Chunk, run: &Run, unifier: &mut Unifier, mesh: &mut MeshDescrip
 /// Gives every pair of position and normal that a mesh uses one vertex.
 struct Unifier<'a> {
     positions: &'a [Vec3],
+    /// Positions in double precision, or none.
+    double: &'a [DVec3],
     normals: &'a [Vec3],
     /// Positions are the vertices: there is one mesh and it has no normals.
     shared: bool,
@@ -209,9 +213,9 @@ struct Unifier<'a> {
 }
 
 impl<'a> Unifier<'a> {
-    fn new(positions: &'a [Vec3], normals: &'a [Vec3], shared: bool) -> Self {
+    fn new(positions: &'a [Vec3], double: &'a [DVec3], normals: &'a [Vec3], shared: bool) -> Self {
         let first = if shared { Vec::new() } else { vec![(0, 0, 0); positions.len()] };
-        Self { positions, normals, shared, any_normal: false, mesh: 0, first, others: HashMap::new() }
+        Self { positions, double, normals, shared, any_normal: false, mesh: 0, first, others: HashMap::new() }
     }
 
     /// Begins another mesh.
@@ -219,6 +223,14 @@ impl<'a> Unifier<'a> {
         self.mesh += 1;
         self.any_normal = false;
         self.others = HashMap::new();
+    }
+
+    /// Where a corner of a polygon lies; in double precision as seen from its first corner, so that rounding keeps its shape.
+    fn place(&self, corner: Corner, first: Corner) -> Vec3 {
+        match self.double.is_empty() {
+            true => self.positions[corner.position as usize],
+            false => (self.double[corner.position as usize] - self.double[first.position as usize]).as_vec3(),
+        }
     }
 
     fn vertex(&mut self, corner: Corner, mesh: &mut MeshDescription) -> u32 {
@@ -237,6 +249,7 @@ impl<'a> Unifier<'a> {
         };
         if vertex == next {
             mesh.positions.push(self.positions[corner.position as usize]);
+            mesh.double.extend(self.double.get(corner.position as usize));
             let normal = self.normals.get(corner.normal as usize);
             self.any_normal |= normal.is_some();
             mesh.normals.push(normal.copied().unwrap_or_default());

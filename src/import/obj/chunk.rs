@@ -1,5 +1,6 @@
 //! A stretch of lines, read by one thread.
 
+use crate::import::Around;
 use crate::import::lines::{Cursor, Fault, shown};
 use crate::import::unit_or_zero;
 use glam::{DVec3, Vec3};
@@ -47,6 +48,8 @@ pub enum Event<'a> {
 #[derive(Default)]
 pub struct Chunk<'a> {
     pub positions: Vec<Vec3>,
+    /// The same in double precision, if that is wanted.
+    pub double: Vec<DVec3>,
     pub normals: Vec<Vec3>,
     /// The corners of all faces, one face after the other.
     pub corners: Vec<Corner>,
@@ -93,15 +96,15 @@ pub fn count(mut cursor: Cursor) -> Counts {
     counts
 }
 
-/// Reads the lines. `before` says what earlier lines define, `total` what the whole file defines; `origin` is subtracted from positions.
-pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts, origin: DVec3) -> Result<Chunk<'a>, Fault> {
+/// Reads the lines. `before` says what earlier lines define, `total` what the whole file defines; `around` how positions are taken.
+pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts, around: Around) -> Result<Chunk<'a>, Fault> {
     let mut chunk = Chunk::default();
     let mut coordinates = before.coordinates;
     while !cursor.finished() {
         let offset = cursor.offset();
         let event = match cursor.token() {
             Some(b"v") => {
-                let position = vec3(&mut cursor, origin)?;
+                let position = position(&mut cursor, around, &mut chunk.double)?;
                 if !position.is_finite() {
                     let Vec3 { x, y, z } = position;
                     return Err(cursor.fault(format!("the vertex is at ({x}, {y}, {z})"), "finite coordinates"));
@@ -151,6 +154,16 @@ pub fn read<'a>(mut cursor: Cursor<'a>, before: Counts, total: Counts, origin: D
         cursor.next_line();
     }
     Ok(chunk)
+}
+
+/// A position, in `double` too if that is wanted.
+fn position(cursor: &mut Cursor, around: Around, double: &mut Vec<DVec3>) -> Result<Vec3, Fault> {
+    if !around.in_double() {
+        return vec3(cursor, around.origin);
+    }
+    let position = DVec3::new(cursor.f64("x")?, cursor.f64("y")?, cursor.f64("z")?) - around.origin;
+    double.push(position);
+    Ok(position.as_vec3())
 }
 
 fn vec3(cursor: &mut Cursor, origin: DVec3) -> Result<Vec3, Fault> {

@@ -9,10 +9,10 @@ mod chunk;
 mod mtl;
 
 use crate::error::{At, Error, Note, Result};
+use crate::import::Around;
 use crate::import::lines::{Lines, Text};
 use crate::scene::description::{MaterialDescription, SceneDescription};
 use chunk::{Chunk, Counts};
-use glam::DVec3;
 use mtl::Libraries;
 use rayon::prelude::*;
 use std::path::Path;
@@ -22,11 +22,11 @@ const PIECE: usize = 1 << 18;
 
 /// Reads an OBJ file. Material libraries are looked up beside `path`.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
-    parse_around(path, bytes, DVec3::ZERO)
+    parse_around(path, bytes, Around::default())
 }
 
-/// As [`parse`], with `origin` subtracted from every position.
-pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDescription> {
+/// As [`parse`], with positions taken as `around` says.
+pub fn parse_around(path: &Path, bytes: &[u8], around: Around) -> Result<SceneDescription> {
     let text = Text::new(bytes, true);
     let pieces = text.pieces(0..bytes.len(), PIECE);
     // Counting first tells each thread what its relative indices are relative to.
@@ -40,7 +40,7 @@ pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDes
     let results: Vec<_> = pieces
         .into_par_iter()
         .zip(before)
-        .map(|(piece, before)| chunk::read(text.cursor(piece), before, total, origin))
+        .map(|(piece, before)| chunk::read(text.cursor(piece), before, total, around))
         .collect();
     let mut chunks = Vec::with_capacity(results.len());
     for result in results {
@@ -72,7 +72,7 @@ pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDes
     }
     Ok(SceneDescription {
         name: super::file_name(path),
-        origin,
+        origin: around.origin,
         meshes: assembly.meshes,
         materials,
         notes,

@@ -5,6 +5,7 @@ use super::header::{Header, Kind, Scalar};
 use super::plan::{Plan, Role, Step, Task};
 use crate::error;
 use crate::import::lines::{Cursor, Fault, Text};
+use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::path::Path;
@@ -83,15 +84,21 @@ fn lines(mut cursor: Cursor, task: &Task, plan: &Plan) -> Result<Piece, Fault> {
 }
 
 fn vertex(cursor: &mut Cursor, task: &Task, plan: &Plan, piece: &mut Piece) -> Result<(), Fault> {
-    let mut values = [0.0; 6];
+    let (mut values, mut double) = ([0.0; 6], DVec3::ZERO);
+    let around = plan.around;
     for (step, property) in task.steps.iter().zip(&task.element.properties) {
         match *step {
-            Step::Keep(slot @ ..3) => values[slot] = cursor.coordinate(&property.name, plan.origin[slot])?,
+            Step::Keep(slot @ ..3) if around.in_double() => {
+                double[slot] = cursor.f64(&property.name)? - around.origin[slot];
+                values[slot] = double[slot] as f32;
+            }
+            Step::Keep(slot @ ..3) => values[slot] = cursor.coordinate(&property.name, around.origin[slot])?,
             Step::Keep(slot) => values[slot] = cursor.f32(&property.name)?,
             Step::Skip => skip(cursor, &property.name)?,
             Step::Indices | Step::SkipList => skip_list(cursor, &property.name)?,
         }
     }
+    piece.double.extend(around.in_double().then_some(double));
     piece.vertex(values, plan.normals).map_err(|wrong| cursor.fault(wrong.what, wrong.expected))
 }
 

@@ -93,6 +93,10 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
             let wrong = not_finite(piece.positions[bad]);
             return Err(Fault { offset: self.at + bad * layout.stride, wrong });
         }
+        if self.plan.around.in_double() {
+            let double = |record: &[u8]| layout.in_double::<BIG>(record, self.plan);
+            records.clone().map(double).collect_into_vec(&mut piece.double);
+        }
         if self.plan.normals {
             let normal = |record: &[u8]| unit_or_zero(Vec3::from_array(layout.values::<BIG>(record, 3, self.plan)));
             records.map(normal).collect_into_vec(&mut piece.normals);
@@ -151,11 +155,15 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
 
     fn record(&mut self, corners: &mut Corners) -> Result<(), Fault> {
         let start = self.at;
-        let mut values = [0.0; 6];
+        let (mut values, mut double) = ([0.0; 6], DVec3::ZERO);
         for (step, property) in self.task.steps.iter().zip(&self.task.element.properties) {
             match (*step, property.kind) {
                 (Step::Keep(slot), Kind::Scalar(scalar)) => {
-                    values[slot] = self.plan.vertex_value(slot, self.scalar(scalar)?);
+                    let value = self.scalar(scalar)?;
+                    values[slot] = self.plan.vertex_value(slot, value);
+                    if slot < 3 {
+                        double[slot] = value - self.plan.around.origin[slot];
+                    }
                 }
                 (_, Kind::Scalar(scalar)) => {
                     self.take(1, scalar)?;
@@ -170,6 +178,7 @@ impl<'a, const BIG: bool> Walk<'a, BIG> {
         if self.task.role == Role::Vertices {
             let added = self.piece.vertex(values, self.plan.normals);
             added.map_err(|wrong| Fault { offset: start, wrong })?;
+            self.piece.double.extend(self.plan.around.in_double().then_some(double));
         }
         Ok(())
     }
@@ -250,6 +259,15 @@ impl Vertex {
         Self { stride, places }
     }
 
+    /// The position of a record in double precision.
+    fn in_double<const BIG: bool>(&self, record: &[u8], plan: &Plan) -> DVec3 {
+        let [x, y, z] = [0, 1, 2].map(|slot| {
+            let (offset, scalar) = self.places[slot];
+            decode::<BIG>(scalar, &record[offset..])
+        });
+        DVec3::new(x, y, z) - plan.around.origin
+    }
+
     /// Three values of a record.
     #[inline]
     fn values<const BIG: bool>(&self, record: &[u8], first: usize, plan: &Plan) -> [f32; 3] {
@@ -257,7 +275,7 @@ impl Vertex {
             let (offset, scalar) = self.places[slot];
             match scalar {
                 // As it stands where nothing is subtracted, payloads of NaN and all.
-                Scalar::F32 if plan.origin == DVec3::ZERO => f32::from_bits(word::<BIG>(&record[offset..])),
+                Scalar::F32 if plan.around.origin == DVec3::ZERO => f32::from_bits(word::<BIG>(&record[offset..])),
                 other => plan.vertex_value(slot, decode::<BIG>(other, &record[offset..])),
             }
         })

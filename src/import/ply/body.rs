@@ -4,7 +4,7 @@ use super::faces::Faces;
 use super::plan::Role;
 use crate::error::At;
 use crate::import::unit_or_zero;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
 
 /// A stretch of records, or all of them.
@@ -12,6 +12,8 @@ use smallvec::SmallVec;
 pub struct Piece {
     pub records: u64,
     pub positions: Vec<Vec3>,
+    /// The positions in double precision, if that is wanted.
+    pub double: Vec<DVec3>,
     pub normals: Vec<Vec3>,
     pub faces: Faces,
 }
@@ -20,6 +22,8 @@ pub struct Piece {
 #[derive(Default)]
 pub struct Body {
     pub positions: Vec<Vec3>,
+    /// As [`Piece::double`].
+    pub double: Vec<DVec3>,
     pub normals: Vec<Vec3>,
     pub faces: Faces,
     /// Where data that nothing declares starts, and how many bytes it has.
@@ -38,6 +42,7 @@ impl Piece {
     pub fn append(&mut self, mut next: Piece) {
         self.records += next.records;
         self.positions.append(&mut next.positions);
+        self.double.append(&mut next.double);
         self.normals.append(&mut next.normals);
         self.faces.append(next.faces);
     }
@@ -69,9 +74,11 @@ impl Body {
         // Most files have one element of each kind: take its vectors whole.
         if self.positions.is_empty() {
             self.positions = piece.positions;
+            self.double = piece.double;
             self.normals = piece.normals;
         } else {
             self.positions.append(&mut piece.positions);
+            self.double.append(&mut piece.double);
             self.normals.append(&mut piece.normals);
         }
         self.faces.append(piece.faces);

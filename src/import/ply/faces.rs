@@ -1,7 +1,7 @@
 //! Faces as they are read, and as triangles.
 
 use crate::import::polygon;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -84,8 +84,8 @@ impl Faces {
         self.corners.append(&mut next.corners);
     }
 
-    /// Splits the polygons into triangles, in file order.
-    pub fn split(self, positions: &[Vec3]) -> Split {
+    /// Splits the polygons into triangles, in file order. `double` has the positions in double precision, or nothing.
+    pub fn split(self, positions: &[Vec3], double: &[DVec3]) -> Split {
         if self.polygons.is_empty() {
             return Split { triangles: self.triangles, collapsed: self.collapsed, uncovered: 0 };
         }
@@ -93,7 +93,7 @@ impl Faces {
         let batches: Vec<Split> = (0..self.polygons.len())
             .into_par_iter()
             .step_by(BATCH)
-            .map(|first| self.split_batch(positions, first, (first + BATCH).min(self.polygons.len())))
+            .map(|first| self.split_batch(positions, double, first, (first + BATCH).min(self.polygons.len())))
             .collect();
         let mut all = Split { triangles: Vec::new(), collapsed: self.collapsed, uncovered: 0 };
         all.triangles.reserve(batches.iter().map(|batch| batch.triangles.len()).sum());
@@ -106,7 +106,7 @@ impl Faces {
     }
 
     /// The triangles of polygons `first..end`, and those between them; after the last, the rest.
-    fn split_batch(&self, positions: &[Vec3], first: usize, end: usize) -> Split {
+    fn split_batch(&self, positions: &[Vec3], double: &[DVec3], first: usize, end: usize) -> Split {
         let mut split = Split { triangles: Vec::new(), collapsed: 0, uncovered: 0 };
         let before = |polygon: usize| self.polygons.get(polygon).copied();
         let previous = first.checked_sub(1).and_then(before).unwrap_or(Polygon { before: 0, end: 0 });
@@ -118,7 +118,16 @@ impl Faces {
             let corners = &self.corners[corner..polygon.end];
             (done, corner) = (polygon.before, polygon.end);
             places.clear();
-            places.extend(corners.iter().map(|&index| positions.get(index as usize).copied().unwrap_or_default()));
+            match corners.first().and_then(|&index| double.get(index as usize)) {
+                None => {
+                    places.extend(corners.iter().map(|&i| positions.get(i as usize).copied().unwrap_or_default()));
+                }
+                // As seen from the first corner, so that rounding keeps its shape.
+                Some(&from) => {
+                    let place = |i: u32| double.get(i as usize).map_or(Vec3::ZERO, |p| (*p - from).as_vec3());
+                    places.extend(corners.iter().map(|&i| place(i)));
+                }
+            }
             split.uncovered += u64::from(!polygon::triangulate(&places, &mut triangles));
             for triangle in triangles.iter().map(|triangle| triangle.map(|number| corners[number as usize])) {
                 if collapsed(triangle) {

@@ -11,6 +11,7 @@ mod faces;
 mod header;
 mod plan;
 
+use super::Around;
 use crate::error::{Error, Note, Result};
 use crate::scene::description::{MeshDescription, SceneDescription};
 use body::Body;
@@ -22,21 +23,22 @@ use std::path::Path;
 
 /// Reads a PLY file. `path` is for messages and the name.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<SceneDescription> {
-    parse_around(path, bytes, DVec3::ZERO)
+    parse_around(path, bytes, Around::default())
 }
 
-/// As [`parse`], with `origin` subtracted from every position.
-pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDescription> {
+/// As [`parse`], with positions taken as `around` says.
+pub fn parse_around(path: &Path, bytes: &[u8], around: Around) -> Result<SceneDescription> {
+    let origin = around.origin;
     let header = header::read(path, bytes)?;
-    let plan = Plan::new(path, &header, origin)?;
+    let plan = Plan::new(path, &header, around)?;
     let body = match header.format {
         Format::Ascii => ascii::read(path, bytes, &header, &plan),
         Format::Little => binary::read::<false>(path, bytes, &header, &plan),
         Format::Big => binary::read::<true>(path, bytes, &header, &plan),
     }?;
-    let Body { positions, normals, faces, leftover } = body;
+    let Body { positions, double, normals, faces, leftover } = body;
     let short = faces.short;
-    let split = faces.split(&positions);
+    let split = faces.split(&positions, &double);
     let mut notes = face_notes(path, &plan, short, &split);
     if let Some((at, bytes)) = leftover {
         let text = format!("{}{at}: {bytes} bytes follow the declared data; they are ignored", path.display());
@@ -56,6 +58,7 @@ pub fn parse_around(path: &Path, bytes: &[u8], origin: DVec3) -> Result<SceneDes
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         at: plan.at,
         positions,
+        double,
         normals,
         triangles: split.triangles,
         material: 0,

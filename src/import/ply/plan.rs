@@ -2,7 +2,7 @@
 
 use super::header::{Element, Header, Kind, Scalar};
 use crate::error::{At, Error, Result};
-use glam::DVec3;
+use crate::import::Around;
 use std::path::Path;
 
 /// What to do with a property.
@@ -44,16 +44,16 @@ pub struct Plan<'a> {
     pub vertices: u32,
     /// The vertices carry normals.
     pub normals: bool,
-    /// What is subtracted from positions.
-    pub origin: DVec3,
+    /// How positions are taken.
+    pub around: Around,
     /// Where the faces are declared.
     pub at: At,
 }
 
 impl<'a> Plan<'a> {
     /// Finds vertices and faces among the elements.
-    pub fn new(path: &Path, header: &'a Header, origin: DVec3) -> Result<Self> {
-        let mut plan = Plan { tasks: Vec::new(), vertices: 0, normals: false, origin, at: At::File };
+    pub fn new(path: &Path, header: &'a Header, around: Around) -> Result<Self> {
+        let mut plan = Plan { tasks: Vec::new(), vertices: 0, normals: false, around, at: At::File };
         let (mut vertices, mut faces, mut strips) = (None, None, None);
         for element in &header.elements {
             let (role, seen) = match element.name.as_str() {
@@ -98,7 +98,7 @@ impl<'a> Plan<'a> {
     /// `value` of the number in slot `slot` of a vertex, rounded once; less the origin if it is a coordinate.
     #[inline]
     pub fn vertex_value(&self, slot: usize, value: f64) -> f32 {
-        if slot < 3 { (value - self.origin[slot]) as f32 } else { value as f32 }
+        if slot < 3 { (value - self.around.origin[slot]) as f32 } else { value as f32 }
     }
 
     /// Whether a binary file states coordinates in single precision.

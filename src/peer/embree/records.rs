@@ -134,7 +134,7 @@ mod tests {
     fn blocks_are_columns_of_their_width() {
         let columns: [Vec<f32>; 7] = std::array::from_fn(|c| (0..5).map(|row| (10 * c + row) as f32).collect());
         let [ox, oy, oz, dx, dy, dz, t] = columns.each_ref().map(Vec::as_slice);
-        let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: Some(t) };
+        let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: Some(t), low: None };
         for width in [1, 4, 8] {
             let mut records = Records::allocate(Layout::new(width, Some(HIT)), 5);
             records.fill(rays);

@@ -149,8 +149,17 @@ pub(super) fn hit_words(device: &Arc<Device>) -> Result<usize, String> {
     };
     let tree = Tree::build(device, &shapes, Quality::Medium, false).map_err(|error| error.to_string())?;
     let [zero, one] = [[0.0f32; RAYS], [1.0; RAYS]];
-    let rays =
-        RayColumns { ox: &one, oy: &one, oz: &one, dx: &zero, dy: &zero, dz: &[-2.0; RAYS], t_min: None, t_max: None };
+    let rays = RayColumns {
+        ox: &one,
+        oy: &one,
+        oz: &one,
+        dx: &zero,
+        dy: &zero,
+        dz: &[-2.0; RAYS],
+        t_min: None,
+        t_max: None,
+        low: None,
+    };
     let mut ninth = Vec::new();
     for mode in Mode::all(device, 16) {
         let mode = Mode { batch: None, ..mode };

@@ -35,6 +35,7 @@ pub(super) fn build(description: &mut SceneDescription, min: DVec3, max: DVec3) 
         name: "ceiling light".into(),
         at: At::File,
         center: Vec3::new(0.0, 1.49, 0.0),
+        double: None,
         side_u: Vec3::new(0.6, 0.0, 0.0),
         side_v: Vec3::new(0.0, 0.0, 0.8),
         direction: Vec3::NEG_Y,

@@ -95,8 +95,14 @@ fn up_axes_become_y_without_mirroring() {
 
 #[test]
 fn spheres_are_placed_too() {
-    let ball =
-        SphereDescription { name: String::new(), at: At::File, center: Vec3::splat(9.0), radius: 3.0, material: 0 };
+    let ball = SphereDescription {
+        name: String::new(),
+        at: At::File,
+        center: Vec3::splat(9.0),
+        radius: 3.0,
+        double: None,
+        material: 0,
+    };
     let description = SceneDescription { spheres: vec![ball], ..Default::default() };
     let staged = place(description, Stage::Cornell, UpAxis::Z).unwrap();
     let ball = &staged.description.spheres[0];

@@ -45,6 +45,8 @@ pub struct Block {
     pub corners: [Column3; 3],
     /// Where rays leave.
     pub origin: Column3,
+    /// What single precision leaves of that; means nothing without `Features::DOUBLE`.
+    pub low: Column3,
     /// Geometric normal, on the arriving ray's side.
     pub geometric: Column3,
     /// Shading normal, on the arriving ray's side.
@@ -90,6 +92,7 @@ impl Default for Block {
             v: zero,
             corners: [[zero; 3]; 3],
             origin: [zero; 3],
+            low: [zero; 3],
             geometric: [zero; 3],
             normal: [zero; 3],
             random: [zero; 4],

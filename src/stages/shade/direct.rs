@@ -65,6 +65,9 @@ fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut
 /// The light that sample `k` asks in every row, and how often, if it is the same and of a shape that is sampled four at a time.
 #[inline(always)]
 fn single_light<'a>(context: &'a Context, k: u32) -> Option<(&'a Light, f32)> {
+    if context.features.has(Features::DOUBLE) {
+        return None;
+    }
     let (id, rate) = context.transport.same_light(k)?;
     let light = &context.scene.lights[id];
     (!matches!(light.shape, LightShape::Mesh(_))).then_some((light, rate))
@@ -111,7 +114,7 @@ fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
     let (transport, lights) = (&context.transport, &context.scene.lights);
     for i in 0..block.len {
         let random = [0, 1, 2, 3].map(|d: usize| block.random[d][i]);
-        let (from, vertex) = (get(&block.origin, i), block.vertex::<f32>(i));
+        let (from, vertex) = (block.leaves(context, i), block.vertex::<f32>(i));
         let Some(Asked { light, found, .. }) = transport.ask(lights, k, random, from, vertex.normal) else {
             set(&mut rays.value, i, V3::new(0.0, 0.0, 0.0));
             continue;
@@ -162,6 +165,10 @@ fn append(block: &Block, rays: &Outgoing, shadows: &mut Shadows, n: usize) -> us
         for (to, &i) in to[n..n + count].iter_mut().zip(worth) {
             *to = from[i as usize % ROWS];
         }
+    }
+    let low = [&mut shadows.lx, &mut shadows.ly, &mut shadows.lz].into_iter().zip(&block.low);
+    for (to, from) in low.filter(|(to, _)| !to.is_empty()) {
+        to[n..n + count].iter_mut().zip(worth).for_each(|(to, &i)| *to = from[i as usize % ROWS]);
     }
     for (to, &i) in shadows.slot[n..n + count].iter_mut().zip(worth) {
         *to = block.slot[i as usize % ROWS];

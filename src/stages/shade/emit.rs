@@ -31,7 +31,7 @@ pub fn run(context: &Context, depth: u32, n: usize, input: &In, samples: &mut Sa
 #[inline(always)]
 fn emit(context: &Context, depth: u32, row: usize, input: &In, samples: &mut Samples) {
     let paths = input.paths;
-    let origin = V3::new(paths.ox[row], paths.oy[row], paths.oz[row]);
+    let origin = paths.origin(row);
     let direction = V3::new(paths.dx[row], paths.dy[row], paths.dz[row]);
     let hit = input.hits.hit(row);
     let Some(found) = emission(context.scene, &hit, origin, direction) else { return };

@@ -23,12 +23,11 @@ pub fn run(context: &Context, n: usize, input: &In, samples: &mut Samples, block
         let slot = paths.slot[row] as usize;
         let hit = input.hits.hit(row);
         let direction = V3::new(paths.dx[row], paths.dy[row], paths.dz[row]);
-        let origin = V3::new(paths.ox[row], paths.oy[row], paths.oz[row]);
         let scene = context.scene;
         let geometry = scene.shapes.geometries.get(hit.geom as usize);
         let albedo = geometry.map_or(Vec3::ZERO, |g| scene.materials[g.material as usize].albedo);
         let here = hit.is_some() && !(blocks && albedo != Vec3::ZERO);
-        let normal = here.then(|| surface_at(scene, &hit, origin, direction).normal);
+        let normal = here.then(|| surface_at(scene, &hit, paths.origin(row), direction).normal);
         if let (true, Some(normal)) = (normals, normal) {
             let color = normal_color(normal);
             (samples.r[slot], samples.g[slot], samples.b[slot]) = (color.x, color.y, color.z);

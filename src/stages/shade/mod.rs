@@ -15,6 +15,7 @@
 mod ahead;
 mod block;
 mod direct;
+mod double;
 mod emit;
 mod first_hit;
 mod scatter;
@@ -135,7 +136,11 @@ impl Kernel for Shade<'_, '_> {
             ahead.triangles(&input, later(2, at));
             ahead.corners(&input, later(1, at));
             block.gather(context, rows, &input, out.samples);
-            surface::run(context, block, rows.len());
+            if context.features.has(Features::DOUBLE) {
+                double::surfaces(context, block, rows, &input);
+            } else {
+                surface::run(context, block, rows.len());
+            }
             if first_hits {
                 first_hit::normals(block, out.samples);
             }

@@ -42,6 +42,11 @@ pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing
     ] {
         to[n..end].copy_from_slice(&from[..len]);
     }
+    if context.features.has(Features::DOUBLE) {
+        for (to, from) in [&mut next.lx, &mut next.ly, &mut next.lz].into_iter().zip(&block.low) {
+            to[n..end].copy_from_slice(&from[..len]);
+        }
+    }
     next.slot[n..end].copy_from_slice(&block.slot[..len]);
     if context.features.has(Features::MIS) {
         next.pdf[n..end].copy_from_slice(&pdf[..len]);
