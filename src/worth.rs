@@ -81,7 +81,8 @@ impl Worth {
 /// a number is traced: the film counts it.
 #[inline(always)]
 pub fn survival(rate: f32, value: f32) -> f32 {
-    (value * rate).min(1.0).max(1.0 / MOST)
+    let share = value * rate;
+    if share < 1.0 { share.max(1.0 / MOST) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -55,9 +55,9 @@ fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut
     if context.features.has(Features::EFFICIENCY) {
         // All rows, and not only those at hand: whole loops become vector instructions.
         let lot: [f32; ROWS] = std::array::from_fn(|i| context.sampler.lot(block.pixel[i], block.index[i], dimension));
-        for i in 0..ROWS {
+        for (i, (rate, lot)) in block.rate.into_iter().zip(lot).enumerate() {
             let value: V3<f32> = get(&rays.value, i);
-            set(&mut rays.value, i, transport.thinned(block.rate[i], lot[i], value));
+            set(&mut rays.value, i, transport.thinned(rate, lot, value));
         }
     }
 }
