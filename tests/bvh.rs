@@ -494,8 +494,8 @@ fn better_trees_cost_less() {
     let [fast, default, best] = QUALITIES.map(|quality| tree(&shapes, quality).stats().sah_cost);
     assert!(best <= default && default < 1.5 * fast, "fast {fast}, default {default}, best {best}");
     assert!(fast < 1.3 * default, "fast {fast}, default {default}");
-    // The walls are at the top: rays that miss the middle see little. Without reinsertion, more than twice as much.
-    assert!(default < 6.0, "{default}");
+    // The walls are at the top: rays that miss the middle see little. Without reinsertion the cost is 7.7.
+    assert!(default < 6.5, "{default}");
 }
 
 #[test]
