@@ -603,7 +603,7 @@ pub(super) const PRECISIONS: &[(&str, &str, Precision)] = &[
     ("f32", "24 bits: enough for most, as scenes are read around their own centre", Precision::F32),
     (
         "f64",
-        "48 bits for geometry, lights, camera and where rays start, for more time; directions keep 24",
+        "48 bits for geometry, lights, camera and where rays start, for 3 to 4 times the time; directions keep 24",
         Precision::F64,
     ),
 ];

@@ -3,7 +3,7 @@
 use super::Light;
 use super::tree::LightTree;
 use crate::measure::units;
-use crate::options::{Direct, LightSelection, RenderOptions};
+use crate::options::{Direct, LightSelection, Precision, RenderOptions};
 use crate::sampling::lanes::V3;
 use std::sync::Arc;
 
@@ -60,6 +60,11 @@ impl Selection {
         match options.light_selection {
             LightSelection::Each => each,
             LightSelection::Auto if few(lights) => each,
+            // The tree measures distances in single precision.
+            LightSelection::Auto if options.accel.precision == Precision::F64 => match lights.len() {
+                ..=MOST_LIGHTS_EACH => each,
+                _ => by_power(lights),
+            },
             LightSelection::Auto if emitters(lights) > MOST_EMITTERS => by_power(lights),
             LightSelection::Power => by_power(lights),
             LightSelection::Auto | LightSelection::Tree => Selection::Tree(Arc::new(LightTree::new(lights))),
@@ -134,8 +139,11 @@ impl Selection {
                 let reason = if asked == LightSelection::Tree { "as asked" } else { "there are many" };
                 format!("{reason}; the tree of {emitters} emitters takes {bytes}")
             }
-            (Selection::Power { .. }, LightSelection::Auto) => {
+            (Selection::Power { .. }, LightSelection::Auto) if emitters > MOST_EMITTERS => {
                 format!("more than {MOST_EMITTERS} emitters")
+            }
+            (Selection::Power { .. }, LightSelection::Auto) => {
+                format!("more than {MOST_LIGHTS_EACH} lights; the tree is not for double precision")
             }
             (_, LightSelection::Auto) => format!("few enough to ask each, with {emitters} emitters"),
             _ => "as asked".into(),

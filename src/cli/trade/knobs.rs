@@ -133,7 +133,7 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "precision",
-        help: "f32, f64: time for positions of 48 bits; the same picture but in scenes both huge and fine",
+        help: "f32, f64: positions of 48 bits for × 3.2 to 4.4 the time; the same picture but in scenes both huge and fine",
         set: |options, text| put(&mut options.accel.precision, chosen(PRECISIONS, text)),
     },
     Knob {
