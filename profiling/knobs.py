@@ -36,6 +36,7 @@ KNOBS = [
     ("adaptive-trust", "once", ["twice", "halves"], ["-a", "16", "0.1"]),
     ("adaptive-area", "tile", ["pixel"], ["-a", "16", "0.1"]),
     ("intersection", "watertight", ["fast"], []),
+    ("precision", "f32", ["f64"], []),
     ("bvh", "default", ["fast", "best"], []),
     ("nodes", "auto", ["full", "compact"], []),
     ("wave", "8192", ["256", "1048576"], []),

@@ -27,6 +27,13 @@
 //! Tried without gain: eight packets in turn instead of four. Triangles a ray a lane, with intervals against the boxes of a
 //! block's triangles before: finding the boxes took what it saved (packets of eight on lucy100k: 1540 instructions a ray, 1417
 //! without).
+//!
+//! Sixteen packets of 16 rays in flight, without branches, leaves as dense pairs of a ray and a block, and the exact distance once a
+//! ray at its end, 16 rays at a time: with AVX-512, Mray/s of camera rays 8.54 instead of 8.39 on lucy100k and 7.70 instead of 7.14 on the
+//! dragon, of shadow rays 6.98 instead of 6.86 (packets) and 6.42 instead of 6.05 (in flight), each the best of many turns; with AVX2,
+//! 2200 instructions a camera ray instead of 1935. Two to eight per cent on one tier were not worth a second kind of packet. What it
+//! showed: of the cycles of a camera ray, nodes take 21 %, leaf tests 30 %, exact crossings 26 %, loading 10 %; of a shadow ray, nodes 43 %,
+//! leaf tests 24 %, parting 9 %, setting up 8 %.
 
 mod interval;
 mod leaves;
