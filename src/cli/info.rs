@@ -110,10 +110,10 @@ fn precision(loaded: &Loaded) -> String {
     let largest = min.abs().max(max.abs()).max_element();
     let step = f64::from(largest.next_up() - largest);
     match loaded.accel.precision() {
-        Precision::F32 => format!("single, as by default: positions farthest from the origin are {step:e} apart"),
+        Precision::F32 => format!("single, as by default: positions farthest from the origin are {step:.1e} apart"),
         Precision::F64 => {
             let step = step / f64::from(1 << 24);
-            format!("double, as asked: positions farthest from the origin are {step:e} apart")
+            format!("double, as asked: positions farthest from the origin are {step:.1e} apart")
         }
     }
 }

@@ -206,8 +206,16 @@ impl RenderRequest {
             threads: args.speed.threads,
             simd: args.speed.simd,
         };
+        let last = options.integrator.bounces(options.max_depth).map_or(0, |(_, last)| last);
+        if options.clamp_indirect.is_some() && last < 2 {
+            notes.push(Note::warning("--clamp-indirect changes nothing: no light bounces twice"));
+        }
         if let Some(other) = options.not_in_double() {
             return misuse(format!("--precision f64 does not go with --{other}"));
+        }
+        let kept = args.scene.staging.storage.cache.as_deref().is_some_and(|word| word != Path::new("off"));
+        if kept && options.accel.precision == Precision::F64 {
+            notes.push(Note::warning("--cache changes nothing: trees in double precision are built anew each time"));
         }
         let explain = args.explain.pixel.map(|pixel| (pixel, args.explain.sample.unwrap_or(0)));
         if let Some(([x, y], _)) = explain.filter(|([x, y], _)| *x >= width || *y >= height) {
@@ -629,7 +637,13 @@ mod tests {
 
     #[test]
     fn what_has_no_effect_is_noted() {
-        for line in ["--direct bsdf -l 4", "--exposure 1 -o a.exr"] {
+        for line in [
+            "--direct bsdf -l 4",
+            "--exposure 1 -o a.exr",
+            "--precision f64 --cache trees",
+            "--clamp-indirect 2 -m 1",
+            "--clamp-indirect 2 --integrator direct",
+        ] {
             let notes = resolve(line).unwrap().notes;
             assert!(notes.len() == 1 && notes[0].warning, "{line}: {notes:?}");
         }
