@@ -211,6 +211,20 @@ fn noise_is_told_from_bias() {
 }
 
 /// So do renders by points that avoid each other, if they come in sequences that do not.
+/// Samples of one Sobol sequence avoid each other: their spread is an upper bound, and diff says so of each such picture.
+#[test]
+fn standard_errors_that_are_upper_bounds_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, options) in [("sobol", ""), ("independent", "--sampler independent"), ("four", "--replicates 4")] {
+        let render = "render proc:torus,tris=500 -r 16 12 -s 8 --quiet";
+        expect(dir.path(), &format!("{render} {options} -o {name}.exr"), 0);
+    }
+    for (pictures, bounds) in [("sobol.exr sobol.exr", 2), ("four.exr sobol.exr", 1), ("four.exr independent.exr", 0)] {
+        let output = expect(dir.path(), &format!("diff {pictures}"), 0);
+        assert_eq!(stderr(&output).matches("upper bounds").count(), bounds, "{pictures}: {}", stderr(&output));
+    }
+}
+
 #[test]
 fn replicates_make_standard_errors_right() {
     told("--replicates 128");

@@ -1,7 +1,7 @@
 //! The acceleration structure: built as a binary tree, collapsed to four-wide nodes, traversed in batches.
 //!
 //! [`Accel`] is the door. Behind it stand the tree ([`Bvh4`]) and the oracle ([`Brute`]), which agree to the last
-//! bit: the tests of `watertight` and `sphere` decide what is hit and where, the tree only what is tested. Beside them stands [`double`], for
+//! bit: the tests of `watertight` and `sphere` decide what is hit and where, the tree only what is tested. Beside them stands `double`, for
 //! `--precision f64`.
 
 mod aabb;

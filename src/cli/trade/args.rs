@@ -111,8 +111,27 @@ pub fn variation(text: &str) -> Result<Variation, String> {
 
 fn notes() -> String {
     let widest = KNOBS.iter().map(|knob| knob.name.len()).max().unwrap_or(0);
-    let knobs: Vec<String> = KNOBS.iter().map(|knob| format!("  {:widest$}  {}", knob.name, knob.help)).collect();
-    NOTES.replace("KNOBS", &knobs.join("\n"))
+    let knob = |knob: &Knob| format!("  {:widest$}  {}", knob.name, hanging(knob.help, widest + 4));
+    NOTES.replace("KNOBS", &KNOBS.iter().map(knob).collect::<Vec<_>>().join("\n"))
+}
+
+/// Breaks a text into lines, all but the first indented, that fit the width of help.
+fn hanging(text: &str, indent: usize) -> String {
+    const WIDTH: usize = 98;
+    let (mut broken, mut column) = (String::new(), indent);
+    for (index, word) in text.split(' ').enumerate() {
+        let length = word.chars().count();
+        if column + 1 + length > WIDTH {
+            broken += &format!("\n{:indent$}", "");
+            column = indent;
+        } else if index > 0 {
+            broken.push(' ');
+            column += 1;
+        }
+        broken += word;
+        column += length;
+    }
+    broken
 }
 
 const NOTES: &str = "\

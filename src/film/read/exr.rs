@@ -17,7 +17,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, FlatSamples, Layer, ReadChannels as _, ReadLayers as _, Vec2, read as exr_read,
+    AnyChannel, AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels as _, ReadLayers as _, Vec2,
+    read as exr_read,
 };
 
 use super::Found;
@@ -80,15 +81,33 @@ fn parts(path: &Path, bytes: &[u8], layer: Option<&str>) -> std::result::Result<
     if let Some(variance) =
         groups.iter().find(|g| g.part == group.part && g.name == "Variance" && group.name.is_empty())
     {
-        match part.attributes.other.contains_key(PROVENANCE.as_bytes()) {
-            true => found.variance = Some(window.vectors(part, variance.channels)?),
-            false => found.notes.push(Note::info(format!(
+        match part.attributes.other.get(PROVENANCE.as_bytes()) {
+            Some(provenance) => {
+                found.variance = Some(window.vectors(part, variance.channels)?);
+                if let AttributeValue::Text(text) = provenance
+                    && is_of_one_sequence(&text.to_string())
+                {
+                    found.notes.push(Note::info(format!(
+                        "{}: its standard errors are upper bounds, as its samples are points of one sequence; those of --replicates are not",
+                        path.display()
+                    )));
+                }
+            }
+            None => found.notes.push(Note::info(format!(
                 "{}: its Variance is not used, as it is not comber's, and may not be that of the mean",
                 path.display()
             ))),
         }
     }
     Ok(found)
+}
+
+/// Whether a picture's samples avoid each other, so that their spread says too much of the error of their mean. The spread of the rounds of a
+/// reference says what it is.
+fn is_of_one_sequence(provenance: &str) -> bool {
+    let Ok(about) = serde_json::from_str::<serde_json::Value>(provenance) else { return false };
+    let options = &about["options"];
+    about["reference"].is_null() && options["replicates"] == 1 && options["sampler"].as_str() != Some("independent")
 }
 
 /// Three channels, or three times the same.
