@@ -9,7 +9,6 @@ use crate::sampling::lanes::V3;
 use crate::sampling::random::mix;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
-use crate::transport::simulates_light;
 use crate::worth::{Parts, Worth};
 use rayon::prelude::*;
 
@@ -34,7 +33,9 @@ struct Seen {
 /// does not depend on its threads.
 pub fn measure(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOptions) -> Option<Worth> {
     let Roulette::Efficiency { factor } = options.roulette else { return None };
-    if !simulates_light(options.integrator) {
+    // Nothing is left to chance where no light bounces.
+    let (_, last) = options.integrator.bounces(options.max_depth)?;
+    if last == 0 {
         return None;
     }
     let parts = Parts::of(options);

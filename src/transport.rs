@@ -171,19 +171,13 @@ impl Transport {
         value * F::select(brightest.gt(most), most / brightest, F::splat(1.0))
     }
 
-    /// By what the `value` of a ray towards a light is multiplied: 0 if the ray is not worth its work; else 1, or more for those that are not
-    /// traced. The `lot` is drawn by itself: nothing is gained by spreading lots evenly.
-    #[inline(always)]
-    pub fn thinned(&self, rate: f32, lot: f32, value: V3<f32>) -> V3<f32> {
-        let survival = worth::survival(rate, value.max_component());
-        value * if lot < survival { 1.0 / survival } else { 0.0 }
-    }
-
-    /// The same with a lot of its own for the decision at `place`: pixel, sample, dimension.
+    /// [`worth::thinned`] where roulette is by efficiency, with the lot of the decision at `place`: pixel, sample, dimension.
     #[inline(always)]
     pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], rate: f32, value: V3<f32>) -> V3<f32> {
-        let lot = || sampler.lot(pixel, index, dimension);
-        self.worth.as_ref().map_or(value, |_| self.thinned(rate, lot(), value))
+        match self.worth {
+            Some(_) => worth::thinned(rate, sampler.lot(pixel, index, dimension), value),
+            None => value,
+        }
     }
 
     /// Probability that a path goes on from vertex `depth` with throughput `beta`, where 1 / δ is `rate` ([`Worth`]).

@@ -36,6 +36,6 @@ pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 pub use double::peak_bytes as double_peak_bytes;
 pub(crate) use grid_node4::Grid;
-pub(crate) use sphere::roots as sphere_roots;
+pub(crate) use sphere::{first as first_root, roots as sphere_roots};
 pub use stats::{BvhStats, PhaseSeconds};
 pub use traverse::Traversal;

@@ -14,10 +14,14 @@ use super::ray::Ray;
 #[inline(always)]
 pub fn intersect(ray: &Ray, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
     let (one, other) = roots(ray.origin.as_dvec3() - center.as_dvec3(), ray.direction.as_dvec3(), f64::from(radius))?;
-    let (one, other) = (one as f32, other as f32);
+    first((one as f32, other as f32), ray.t_min.max(0.0), t_max)
+}
+
+/// The smaller of two roots above `t_min` and not above `t_max`, else the larger.
+#[inline(always)]
+pub fn first<T: PartialOrd + Copy>((one, other): (T, T), t_min: T, t_max: T) -> Option<T> {
     let (near, far) = if one < other { (one, other) } else { (other, one) };
-    let t_min = ray.t_min.max(0.0);
-    let in_range = |t: f32| t > t_min && t <= t_max;
+    let in_range = |t: T| t > t_min && t <= t_max;
     if in_range(near) {
         Some(near)
     } else if in_range(far) {

@@ -94,9 +94,13 @@ pub struct Staged {
 
 /// Runs one phase of which no progress is known, with its name on the terminal; gives its wall time too.
 pub fn phase<T>(label: &str, show: bool, work: impl FnOnce() -> Result<T>) -> Result<(T, f64)> {
+    timed(Progress::busy(label, show), |_| work())
+}
+
+/// Runs one phase that may tell its progress; gives its wall time too.
+pub fn timed<T>(progress: Progress, work: impl FnOnce(&Progress) -> Result<T>) -> Result<(T, f64)> {
     let start = Instant::now();
-    let progress = Progress::busy(label, show);
-    let result = work()?;
+    let result = work(&progress)?;
     progress.finish();
     Ok((result, start.elapsed().as_secs_f64()))
 }

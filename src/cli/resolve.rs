@@ -213,15 +213,15 @@ impl RenderRequest {
         if let Some(other) = options.not_in_double() {
             return misuse(format!("--precision f64 does not go with --{other}"));
         }
-        let kept = args.scene.staging.storage.cache.as_deref().is_some_and(|word| word != Path::new("off"));
-        if kept && options.accel.precision == Precision::F64 {
-            notes.push(Note::warning("--cache changes nothing: trees in double precision are built anew each time"));
-        }
         let explain = args.explain.pixel.map(|pixel| (pixel, args.explain.sample.unwrap_or(0)));
         if let Some(([x, y], _)) = explain.filter(|([x, y], _)| *x >= width || *y >= height) {
             return misuse(format!("--pixel {x},{y} is not in the frame of {width} × {height} pixels"));
         }
         let scene = SceneRequest { precision: options.accel.precision, ..scene(args.scene) };
+        let named = scene.storage.cache.is_some() && scene.storage.cache_above == 0;
+        if named && scene.precision == Precision::F64 {
+            notes.push(Note::warning("--cache changes nothing: trees in double precision are built anew each time"));
+        }
         Ok(RenderRequest { scene, view, options, outputs, explain, report: args.report, notes })
     }
 

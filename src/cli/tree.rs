@@ -3,7 +3,7 @@
 use super::args::ReportArgs;
 use super::budget::{self, Budget, Phase};
 use super::exit::complain;
-use super::load::phase;
+use super::load::{phase, timed};
 use super::resolve::StorageRequest;
 use crate::bvh::Accel;
 use crate::cache::folder::Found;
@@ -60,6 +60,11 @@ pub struct Wanted<'a> {
     pub report: ReportArgs,
 }
 
+/// Whether the four-wide tree is asked for: of all structures it alone has a file format, and tells how far its building has come.
+fn is_four_wide(options: &AccelOptions) -> bool {
+    (options.kind, options.precision) == (options::Accel::Bvh, Precision::F32)
+}
+
 impl Wanted<'_> {
     /// Gets the tree. What goes wrong with the cache is a warning: the tree is then built, or not kept.
     pub fn get(&self) -> Result<(Accel, Origin)> {
@@ -89,9 +94,7 @@ impl Wanted<'_> {
 
     /// The cache, if it is meant for such a tree.
     fn cache(&self) -> Option<&Cache> {
-        // Trees in double precision have no file format.
-        let kept = (self.options.kind, self.options.precision) == (options::Accel::Bvh, Precision::F32)
-            && self.shapes.prim_count() > self.storage.cache_above;
+        let kept = is_four_wide(&self.options) && self.shapes.prim_count() > self.storage.cache_above;
         self.storage.cache.as_ref().filter(|_| kept)
     }
 
@@ -104,11 +107,14 @@ impl Wanted<'_> {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
             complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));
         }
-        let start = Instant::now();
-        let progress = Progress::new("building", 1, !self.report.quiet);
-        let accel = Accel::build_watched(self.shapes, &options, &|done, all| progress.set_of(done, all))?;
-        progress.finish();
-        seconds.build = start.elapsed().as_secs_f64();
+        let progress = match is_four_wide(&options) {
+            true => Progress::new("building", 1, !self.report.quiet),
+            false => Progress::busy("building", !self.report.quiet),
+        };
+        let (accel, build) = timed(progress, |progress| {
+            Accel::build_watched(self.shapes, &options, &|done, all| progress.set_of(done, all))
+        })?;
+        seconds.build = build;
         Ok((accel, memory.done()))
     }
 

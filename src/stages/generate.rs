@@ -71,7 +71,9 @@ impl Kernel for Generate<'_, '_> {
             // The pixel's corner stands in the direction columns until the rays are made below.
             paths.dx[rows.clone()].fill(span.x as f32);
             paths.dy[rows.clone()].fill(span.y as f32);
-            if let Some(worth) = self.context.transport.worth.as_ref().filter(|_| !samples.rate.is_empty()) {
+            if let Some(worth) = &self.context.transport.worth
+                && self.context.features.has(Features::EFFICIENCY)
+            {
                 samples.rate[rows.clone()].fill(worth.rate(span.x, span.y));
             }
             for (k, index) in samples.index[rows].iter_mut().enumerate() {

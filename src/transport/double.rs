@@ -3,9 +3,9 @@
 //! A hit's columns are single precision. That is enough to say what was hit; where, the test tells anew, by the same operations as in the
 //! tree.
 
-use crate::bvh::double::{first, triangle};
+use crate::bvh::double::triangle;
 use crate::bvh::ray::Hit;
-use crate::bvh::sphere_roots;
+use crate::bvh::{first_root, sphere_roots};
 use crate::sampling::lanes::V3;
 use crate::scene::double::{on_sphere, on_triangle, triangle_normal};
 use crate::scene::origin::Origin;
@@ -48,6 +48,6 @@ fn sphere(shapes: &Shapes, prim: u32) -> Option<(DVec3, f64)> {
 /// Where a ray hits a sphere, as seen from its centre.
 fn from_center(center: DVec3, radius: f64, hit: &Hit, origin: DVec3, direction: Vec3) -> DVec3 {
     let (from, along) = (origin - center, direction.as_dvec3());
-    let t = sphere_roots(from, along, radius).and_then(|roots| first(roots, 0.0, f32::MAX.into()));
+    let t = sphere_roots(from, along, radius).and_then(|roots| first_root(roots, 0.0, f32::MAX.into()));
     from + along * t.unwrap_or(hit.t.into())
 }

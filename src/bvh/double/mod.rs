@@ -207,19 +207,13 @@ impl Line {
         let crossing = match primitive.shape {
             Shape::Triangle(corners) => triangle::cross(&self.sheared, corners),
             Shape::Sphere { center, radius } => sphere::roots(self.origin - center, self.direction, radius)
-                .and_then(|roots| first(roots, self.t_min, closest.t))
+                .and_then(|roots| sphere::first(roots, self.t_min, closest.t))
                 .map(|t| Crossing { t, u: 0.0, v: 0.0 }),
         };
         if let Some(crossing) = crossing {
             closest.offer(crossing, primitive, self.t_min);
         }
     }
-}
-
-/// The smaller root beyond `t_min` and not beyond `t_max`.
-pub fn first((one, other): (f64, f64), t_min: f64, t_max: f64) -> Option<f64> {
-    let (near, far) = if one < other { (one, other) } else { (other, one) };
-    [near, far].into_iter().find(|&t| t > t_min && t <= t_max)
 }
 
 /// The closest hit so far, by the rule of [`super::closest`], its distance in `f64`.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::sampling::lanes::V3;
-use crate::scene::origin::{Origin, split};
+use crate::scene::origin::Origin;
 use crate::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere, SphereInDouble};
 use glam::Vec3;
 
@@ -26,11 +26,11 @@ fn scene(place: DVec3, count: usize, seed: u64) -> Shapes {
         let size = if number % 50 == 0 { place.length().max(1.0) } else { 0.1 };
         let center = place + random.vector();
         let first = shapes.double.len() as u32;
-        shapes.double.extend((0..3).map(|_| split_sum(center + random.vector() * size)));
+        shapes.double.extend((0..3).map(|_| Origin::double(center + random.vector() * size).wide()));
         shapes.triangles.push([first, first + 1, first + 2]);
     }
     for _ in 0..count / 10 {
-        let center = split_sum(place + random.vector());
+        let center = Origin::double(place + random.vector()).wide();
         shapes.spheres.push(Sphere { center: center.as_vec3(), radius: 0.05 });
         shapes.spheres_double.push(SphereInDouble { center, radius: 0.05 });
     }
@@ -39,11 +39,6 @@ fn scene(place: DVec3, count: usize, seed: u64) -> Shapes {
     let geometry = Geometry { name: String::new(), first_prim: 0, prim_count, material: 0, light: NO_LIGHT };
     shapes.geometries = vec![geometry];
     shapes
-}
-
-fn split_sum(point: DVec3) -> DVec3 {
-    let (high, low) = split(point);
-    high.as_dvec3() + low.as_dvec3()
 }
 
 /// A tree finds what the test of every primitive finds, to the bit, near the origin and far from it; and something at all.
@@ -86,7 +81,7 @@ fn no_ray_passes_between_triangles() {
     for i in 0..=N {
         for j in 0..=N {
             let p = DVec3::new(i as f64, j as f64, 0.0) / N as f64 + DVec3::Z * bump(&mut random);
-            shapes.double.push(split_sum(place + p));
+            shapes.double.push(Origin::double(place + p).wide());
         }
     }
     for i in 0..N as u32 {

@@ -9,6 +9,7 @@ use crate::stages::Context;
 use crate::transport::{Asked, Sampled, hemisphere_sample, light_contribution};
 use crate::wave::features::Features;
 use crate::wave::shadows::Shadows;
+use crate::worth;
 use glam::Vec4;
 
 /// Appends the shadow rays of the block behind row `n` of `shadows`; returns the new count. `rays` is scratch.
@@ -57,7 +58,7 @@ fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut
         let lot: [f32; ROWS] = std::array::from_fn(|i| context.sampler.lot(block.pixel[i], block.index[i], dimension));
         for (i, (rate, lot)) in block.rate.into_iter().zip(lot).enumerate() {
             let value: V3<f32> = get(&rays.value, i);
-            set(&mut rays.value, i, transport.thinned(rate, lot, value));
+            set(&mut rays.value, i, worth::thinned(rate, lot, value));
         }
     }
 }
