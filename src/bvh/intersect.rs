@@ -69,6 +69,13 @@ pub trait Intersect: Copy + Send + Sync {
 
     /// Where the ray crosses the triangle in one lane, if it does; not yet limited in `t`.
     fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing>;
+
+    /// The axes that a ray of this direction takes as its x, y and z.
+    fn axes(direction: [f32; 3]) -> [usize; 3];
+
+    /// Where a ray crosses a triangle, and whether it does; not yet limited in `t`. Everything along the ray's axes; `corners` first
+    /// by the axis. Without branches, so that a loop over many can be made one of vectors.
+    fn meet(origin: [f32; 3], direction: [f32; 3], corners: [[f32; 3]; 3]) -> (Crossing, bool);
 }
 
 /// Prepared rays, by component.

@@ -67,11 +67,28 @@ impl Intersect for MollerTrumbore {
         };
         scalar(vector(&ray[0]), vector(&ray[1]), [corner(0), corner(1), corner(2)])
     }
+
+    #[inline(always)]
+    fn axes(_: [f32; 3]) -> [usize; 3] {
+        [0, 1, 2]
+    }
+
+    #[inline(always)]
+    fn meet(origin: [f32; 3], direction: [f32; 3], [x, y, z]: [[f32; 3]; 3]) -> (Crossing, bool) {
+        meet(origin.into(), direction.into(), [0, 1, 2].map(|i| Vec3::new(x[i], y[i], z[i])))
+    }
 }
 
 /// Tests one triangle: the twin of [`MollerTrumbore`], same bits.
 #[inline(always)]
-pub fn scalar(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Crossing> {
+pub fn scalar(origin: Vec3, direction: Vec3, corners: [Vec3; 3]) -> Option<Crossing> {
+    let (crossing, does) = meet(origin, direction, corners);
+    does.then_some(crossing)
+}
+
+/// The same without branches.
+#[inline(always)]
+fn meet(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> (Crossing, bool) {
     let (e1, e2, s) = (b - a, c - a, origin - a);
     let p = scalar_cross(direction, e2);
     let determinant = scalar_dot(e1, p);
@@ -79,8 +96,8 @@ pub fn scalar(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Cro
     let flip = |x: f32| f32::from_bits(x.to_bits() ^ determinant.to_bits() & 1 << 31);
     let (u, v, t) = (flip(scalar_dot(s, p)), flip(scalar_dot(direction, q)), flip(scalar_dot(e2, q)));
     let magnitude = determinant.abs();
-    let inside = u >= 0.0 && v >= 0.0 && u + v <= magnitude && magnitude > 0.0;
-    inside.then(|| Crossing { t: t / magnitude, u: u / magnitude, v: v / magnitude })
+    let inside = (u >= 0.0) & (v >= 0.0) & (u + v <= magnitude) & (magnitude > 0.0);
+    (Crossing { t: t / magnitude, u: u / magnitude, v: v / magnitude }, inside)
 }
 
 #[inline(always)]

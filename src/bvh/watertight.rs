@@ -42,9 +42,15 @@ impl ShearedRay {
         } else {
             ([0, 1, 2], ray.origin, ray.direction)
         };
-        let depth = direction.z;
-        ShearedRay { axes, origin: origin.to_array(), shear: [direction.x / depth, direction.y / depth], depth }
+        let (shear, depth) = shear(direction.to_array());
+        ShearedRay { axes, origin: origin.to_array(), shear, depth }
     }
+}
+
+/// What to subtract from x and y per unit of z, and the z of the direction.
+#[inline(always)]
+fn shear([x, y, z]: [f32; 3]) -> ([f32; 2], f32) {
+    ([x / z, y / z], z)
 }
 
 /// The test, as kernels that are generic over it know it.
@@ -116,6 +122,20 @@ impl Intersect for Watertight {
         let corners = |axis: u32| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
         cross([origin[0], origin[1], origin[2]], [shear[0], shear[1]], shear[2], [corners(0), corners(1), corners(2)])
     }
+
+    #[inline(always)]
+    fn axes(direction: [f32; 3]) -> [usize; 3] {
+        let [x, y, z] = direction.map(f32::abs);
+        // 0, 1 or 2: a remainder a table knows, and no branch.
+        let last = if x > y && x > z { 0 } else { 1 + usize::from(!(y > z)) };
+        [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last]
+    }
+
+    #[inline(always)]
+    fn meet(origin: [f32; 3], direction: [f32; 3], corners: [[f32; 3]; 3]) -> (Crossing, bool) {
+        let (shear, depth) = shear(direction);
+        meet(origin, shear, depth, corners)
+    }
 }
 
 /// Which rays move on x mostly, and which on y; the others on z.
@@ -152,25 +172,25 @@ pub fn scalar(ray: &ShearedRay, corners: [Vec3; 3]) -> Option<Crossing> {
 /// Tests one triangle whose corners' coordinates are permuted as the ray is: first the axis, then the corner.
 #[inline(always)]
 fn cross(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) -> Option<Crossing> {
+    let (crossing, does) = meet(origin, shear, depth, corners);
+    does.then_some(crossing)
+}
+
+/// The same without branches.
+#[inline(always)]
+fn meet(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) -> (Crossing, bool) {
     let z = corners[2].map(|c| c - origin[2]);
     let x: [f32; 3] = std::array::from_fn(|i| (corners[0][i] - origin[0]) - shear[0] * z[i]);
     let y: [f32; 3] = std::array::from_fn(|i| (corners[1][i] - origin[1]) - shear[1] * z[i]);
     // As the lanes have it: overflow in f32 is a miss, whatever f64 would say.
-    let edges = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
-    if !(edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0)) {
-        return None;
-    }
+    let [p, q, r] = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
+    let inside = (p >= 0.0) & (q >= 0.0) & (r >= 0.0) | (p <= 0.0) & (q <= 0.0) & (r <= 0.0);
     let [a, b, c] = exact_edges(x, y);
-    if (a < 0.0 || b < 0.0 || c < 0.0) && (a > 0.0 || b > 0.0 || c > 0.0) {
-        return None;
-    }
+    let outside = ((a < 0.0) | (b < 0.0) | (c < 0.0)) & ((a > 0.0) | (b > 0.0) | (c > 0.0));
     let area = a + b + c;
-    if area == 0.0 {
-        return None;
-    }
     let t = (a * f64::from(z[0]) + b * f64::from(z[1]) + c * f64::from(z[2])) / (area * f64::from(depth));
-    // After overflow this may be NaN, which no range of `t` contains.
-    Some(Crossing { t: t as f32, u: (b / area) as f32, v: (c / area) as f32 })
+    // After overflow `t` may be NaN, which no range contains.
+    (Crossing { t: t as f32, u: (b / area) as f32, v: (c / area) as f32 }, inside & !outside & (area != 0.0))
 }
 
 /// The edge functions, with products that are exact in f64, and so with the right sign. The few lanes that come this far cost nothing.

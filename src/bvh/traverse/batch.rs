@@ -140,6 +140,6 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
     #[inline(always)]
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
         let Ask { tree, rays, finish, .. } = self.0;
-        list::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
+        list::trace::<W, N, I, SPHERES, COUNT>(wide, &tree, rays, finish)
     }
 }

@@ -9,6 +9,7 @@ mod any_hit;
 mod batch;
 mod bins;
 mod closest_hit;
+mod crossings;
 mod leaf;
 mod list;
 mod packet;
