@@ -351,6 +351,51 @@ fn the_fast_test_agrees_with_its_oracle_on_meshes() {
     assert_agrees(&accel, &options, &scene.shapes, &rays(&mut Random(12), &scene.shapes, 3000));
 }
 
+/// Walls around a soup, and a sphere: a scene of which the tree holds but a part. Copies of a triangle of the soup stand on both sides
+/// of it, so that hits at the same distance come from both parts.
+#[test]
+fn a_mesh_in_a_room_agrees_with_the_oracle() {
+    let mut random = Random(13);
+    let soup = soup(&mut random, 500, 0);
+    let mesh: Vec<[Vec3; 3]> = soup.triangles.iter().map(|t| t.map(|i| soup.positions[i as usize] * 0.2)).collect();
+    let (shared, corner) = (mesh[7], |x: i32, y: i32, z: i32| Vec3::new(x as f32, y as f32, z as f32));
+    let walls = (0..3).flat_map(|axis| {
+        [-1, 1].map(|side| [corner(side, -1, -1), corner(side, 1, -1), corner(side, -1, 1)]).map(|wall| {
+            wall.map(|corner| match axis {
+                0 => corner,
+                1 => corner.yzx(),
+                _ => corner.zxy(),
+            })
+        })
+    });
+    let triangles: Vec<[Vec3; 3]> = walls.chain([shared]).chain(mesh).chain([shared]).collect();
+    let runs = [(0, 7), (7, 500), (507, 1), (508, 1)];
+    let geometries = runs.map(|(first_prim, prim_count)| Geometry {
+        name: String::new(),
+        first_prim,
+        prim_count,
+        material: 0,
+        light: NO_LIGHT,
+    });
+    let sphere = Sphere { center: Vec3::new(0.5, 0.5, 0.5), radius: 0.2 };
+    let shapes = Shapes { geometries: geometries.to_vec(), ..shapes(triangles, vec![sphere]) };
+    // More than are gathered at a time.
+    let rays = rays(&mut random, &shapes, 9000);
+    for intersection in [Intersection::Watertight, Intersection::Fast] {
+        let options = AccelOptions { intersection, ..Default::default() };
+        let accel = Accel::build(&shapes, &options).unwrap();
+        assert_eq!(accel.beside(), 9);
+        assert_agrees(&accel, &options, &shapes, &rays);
+        let whole = Accel::build_whole(&shapes, &options, &|_, _| {}).unwrap();
+        assert_eq!((whole.beside(), whole.bounds()), (0, accel.bounds()));
+    }
+    let accel = tree(&shapes, Quality::Fast);
+    assert_eq!(accel.boxes_at_depth(0), [accel.bounds()]);
+    assert_eq!(accel.boxes_at_depth(1).len(), 2);
+    assert!(accel.boxes_at_depth(accel.stats().depth + 1).is_empty());
+    assert_eq!(accel.stats().primitives, 509);
+}
+
 #[test]
 fn one_primitive() {
     let triangle = [Vec3::ZERO, Vec3::X, Vec3::Y];

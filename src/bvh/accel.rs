@@ -7,10 +7,11 @@ use super::brute::Brute;
 use super::build::Tell;
 use super::bvh4::Bvh4;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
-use super::double::{Double, Pending};
-use super::ray::{Hit, Ray};
+use super::double::Double;
+use super::parted::Parted;
+use super::single_ray::SingleRay;
 use super::stats::BvhStats;
-use super::traverse::{Stack, Traversal};
+use super::traverse::Traversal;
 use crate::error::Result;
 use crate::options::{self, AccelOptions, Intersection, Precision};
 use crate::scene::shapes::Shapes;
@@ -24,6 +25,8 @@ use crate::simd::Tier;
 pub enum Accel {
     /// The four-wide tree.
     Bvh(Bvh4),
+    /// The same, beside a few primitives.
+    Parted(Box<Parted>),
     /// Every primitive, with the time that copying them took, in seconds.
     Brute(Brute, f64),
     /// A tree in double precision, or every primitive.
@@ -38,6 +41,16 @@ impl Accel {
 
     /// As [`Accel::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
+        if (options.kind, options.precision) == (options::Accel::Bvh, Precision::F32)
+            && let Some(parted) = Parted::build(shapes, options, tell)?
+        {
+            return Ok(Accel::Parted(Box::new(parted)));
+        }
+        Accel::build_whole(shapes, options, tell)
+    }
+
+    /// As [`Accel::build_watched`], of one part whatever the scene: what has a file format.
+    pub fn build_whole(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
         if options.precision == Precision::F64 {
             return Ok(Accel::Double(match options.kind {
                 options::Accel::Bvh => Double::build(shapes),
@@ -58,6 +71,7 @@ impl Accel {
     pub fn node_format(&self) -> Option<(&'static str, &'static str)> {
         match self {
             Accel::Bvh(bvh) => Some(bvh.node_format()),
+            Accel::Parted(parted) => Some(parted.rest().node_format()),
             Accel::Double(double) if double.is_tree() => {
                 Some(("56-byte", "positions and boxes are in double precision, as asked"))
             }
@@ -65,10 +79,19 @@ impl Accel {
         }
     }
 
+    /// How many primitives stand beside the tree, each tested against every ray.
+    pub fn beside(&self) -> usize {
+        match self {
+            Accel::Parted(parted) => parted.few(),
+            Accel::Bvh(_) | Accel::Brute(..) | Accel::Double(_) => 0,
+        }
+    }
+
     /// Bytes of a node, and of a block of triangles, or a primitive in double precision; 0 for the oracle, which has neither.
     pub fn row_bytes(&self) -> [usize; 2] {
         match self {
             Accel::Bvh(bvh) => bvh.row_bytes(),
+            Accel::Parted(parted) => parted.rest().row_bytes(),
             Accel::Brute(..) => [0; 2],
             Accel::Double(_) => Double::row_bytes(),
         }
@@ -78,6 +101,7 @@ impl Accel {
     pub fn intersection(&self) -> Intersection {
         match self {
             Accel::Bvh(bvh) => bvh.intersection,
+            Accel::Parted(parted) => parted.rest().intersection,
             Accel::Brute(brute, _) => brute.intersection(),
             Accel::Double(_) => Intersection::Watertight,
         }
@@ -86,7 +110,7 @@ impl Accel {
     /// How exactly it knows what it holds.
     pub fn precision(&self) -> Precision {
         match self {
-            Accel::Bvh(_) | Accel::Brute(..) => Precision::F32,
+            Accel::Bvh(_) | Accel::Parted(_) | Accel::Brute(..) => Precision::F32,
             Accel::Double(_) => Precision::F64,
         }
     }
@@ -95,6 +119,7 @@ impl Accel {
     pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         match self {
             Accel::Bvh(bvh) => bvh.suited(query, coherent),
+            Accel::Parted(parted) => parted.rest().suited(query, coherent),
             Accel::Brute(..) | Accel::Double(_) => Traversal::Single,
         }
     }
@@ -131,6 +156,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.closest_hits(way, tier, rays, hits, count),
+            Accel::Parted(parted) => parted.closest_hits(way, tier, rays, hits, count),
             Accel::Double(double) => double.closest_hits(rays, hits, count),
             Accel::Brute(brute, _) => {
                 let mut hits = hits.trimmed(rays.len());
@@ -169,6 +195,7 @@ impl Accel {
     ) -> TraversalCounts {
         match self {
             Accel::Bvh(bvh) => bvh.any_hits(way, tier, rays, occluded, count),
+            Accel::Parted(parted) => parted.any_hits(way, tier, rays, occluded, count),
             Accel::Double(double) => double.any_hits(rays, occluded, count),
             Accel::Brute(brute, _) => {
                 let mut counts = TraversalCounts::default();
@@ -190,13 +217,14 @@ impl Accel {
 
     /// Queries for callers that have no batch.
     pub fn single(&self) -> SingleRay<'_> {
-        SingleRay { accel: self, stack: Stack::new(), pending: Pending::new() }
+        SingleRay::new(self)
     }
 
     /// The box of all primitives; empty if there are none.
     pub fn bounds(&self) -> Aabb {
         match self {
             Accel::Bvh(bvh) => bvh.bounds(),
+            Accel::Parted(parted) => parted.bounds(),
             Accel::Brute(brute, _) => brute.bounds(),
             Accel::Double(double) => double.bounds(),
         }
@@ -206,6 +234,7 @@ impl Accel {
     pub fn stats(&self) -> BvhStats {
         match self {
             Accel::Bvh(bvh) => bvh.stats(),
+            Accel::Parted(parted) => parted.stats(),
             Accel::Double(double) => double.stats(),
             Accel::Brute(brute, build_seconds) => {
                 let primitives = brute.prim_count();
@@ -225,74 +254,10 @@ impl Accel {
     pub fn boxes_at_depth(&self, depth: u32) -> Vec<Aabb> {
         match self {
             Accel::Bvh(bvh) => bvh.boxes_at_depth(depth),
+            Accel::Parted(parted) => parted.boxes_at_depth(depth),
             Accel::Double(double) => double.boxes_at_depth(depth),
             Accel::Brute(brute, _) if depth == 0 && brute.prim_count() > 0 => vec![brute.bounds()],
             Accel::Brute(..) => Vec::new(),
         }
-    }
-}
-
-/// One ray after another, each with its own question. Keeps the stack, whose clearing would cost more than a short traversal.
-pub struct SingleRay<'a> {
-    accel: &'a Accel,
-    stack: Stack,
-    pending: Pending,
-}
-
-impl SingleRay<'_> {
-    /// The closest hit.
-    #[inline(always)]
-    pub fn closest_hit(&mut self, ray: &Ray) -> Hit {
-        match self.accel {
-            Accel::Bvh(bvh) => bvh.closest_hit(ray, &mut self.stack),
-            Accel::Brute(brute, _) => brute.closest_hit(ray, &mut TraversalCounts::default()),
-            Accel::Double(double) => double.hit::<false>(ray, &mut self.pending, &mut TraversalCounts::default()),
-        }
-    }
-
-    /// Whether the ray hits anything.
-    #[inline(always)]
-    pub fn any_hit(&mut self, ray: &Ray) -> bool {
-        match self.accel {
-            Accel::Bvh(bvh) => bvh.any_hit(ray, &mut self.stack),
-            Accel::Brute(brute, _) => brute.any_hit(ray, &mut TraversalCounts::default()),
-            Accel::Double(double) => {
-                double.hit::<true>(ray, &mut self.pending, &mut TraversalCounts::default()).is_some()
-            }
-        }
-    }
-
-    /// What the ray visits on the way to its answer; of the oracle, the primitives it tests.
-    pub fn visits(&mut self, query: Query, ray: &Ray) -> TraversalCounts {
-        match self.accel {
-            Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack),
-            Accel::Double(double) => {
-                let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
-                match query {
-                    Query::Closest => double.hit::<false>(ray, &mut self.pending, &mut counts),
-                    Query::Any => double.hit::<true>(ray, &mut self.pending, &mut counts),
-                };
-                counts
-            }
-            Accel::Brute(brute, _) => {
-                let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
-                match query {
-                    Query::Closest => drop(brute.closest_hit(ray, &mut counts)),
-                    Query::Any => drop(brute.any_hit(ray, &mut counts)),
-                }
-                counts
-            }
-        }
-    }
-
-    /// Nodes that the closest hit takes to find; for the oracle, primitives.
-    pub fn cost(&mut self, ray: &Ray) -> u64 {
-        let counts = self.visits(Query::Closest, ray);
-        let is_tree = match self.accel {
-            Accel::Bvh(_) => true,
-            Accel::Double(double) => double.is_tree(),
-            Accel::Brute(..) => false,
-        };
-        if is_tree { counts.node_visits } else { counts.primitive_tests }
     }
 }

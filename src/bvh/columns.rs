@@ -131,6 +131,17 @@ impl<'a> HitColumnsMut<'a> {
         }
     }
 
+    /// The same columns, for a while.
+    pub(super) fn reborrow(&mut self) -> HitColumnsMut<'_> {
+        HitColumnsMut { t: self.t, u: self.u, v: self.v, prim: self.prim, geom: self.geom }
+    }
+
+    /// Reads one row.
+    #[inline(always)]
+    pub(super) fn get(&self, row: usize) -> Hit {
+        Hit { t: self.t[row], u: self.u[row], v: self.v[row], prim: self.prim[row], geom: self.geom[row] }
+    }
+
     /// Writes one row.
     #[inline(always)]
     pub fn set(&mut self, row: usize, hit: Hit) {

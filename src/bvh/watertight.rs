@@ -126,8 +126,13 @@ impl Intersect for Watertight {
     #[inline(always)]
     fn axes(direction: [f32; 3]) -> [usize; 3] {
         let [x, y, z] = direction.map(f32::abs);
-        // 0, 1 or 2: a remainder a table knows, and no branch.
-        let last = if x > y && x > z { 0 } else { 1 + usize::from(!(y > z)) };
+        let last = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
         [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last]
     }
 

@@ -5,7 +5,7 @@ use super::budget::{self, Budget, Phase};
 use super::exit::complain;
 use super::load::{phase, timed};
 use super::resolve::StorageRequest;
-use crate::bvh::Accel;
+use crate::bvh::{Accel, Tell};
 use crate::cache::folder::Found;
 use crate::cache::{Cache, Key};
 use crate::error::Result;
@@ -70,7 +70,7 @@ impl Wanted<'_> {
     pub fn get(&self) -> Result<(Accel, Origin)> {
         let mut seconds = TreeSeconds::default();
         let Some(cache) = self.cache() else {
-            let (accel, memory) = self.build(&mut seconds)?;
+            let (accel, memory) = self.build(Accel::build_watched, &mut seconds)?;
             return Ok((accel, Origin { source: "built", file: None, seconds, memory: Some(memory) }));
         };
         let show = !self.report.quiet;
@@ -87,7 +87,7 @@ impl Wanted<'_> {
                 complain(&format!("warning: {}: {why}; the tree is built anew", cache.path(key).display()));
             }
         }
-        let (accel, memory) = self.build(&mut seconds)?;
+        let (accel, memory) = self.build(Accel::build_whole, &mut seconds)?;
         let file = self.keep(cache, key, &accel, &mut seconds);
         Ok((accel, Origin { source: "built", file, seconds, memory: Some(memory) }))
     }
@@ -98,7 +98,11 @@ impl Wanted<'_> {
         self.storage.cache.as_ref().filter(|_| kept)
     }
 
-    fn build(&self, seconds: &mut TreeSeconds) -> Result<(Accel, Phase)> {
+    fn build(
+        &self,
+        build: fn(&Shapes, &AccelOptions, Tell) -> Result<Accel>,
+        seconds: &mut TreeSeconds,
+    ) -> Result<(Accel, Phase)> {
         let budget = Budget { limit: self.storage.memory_limit };
         let primitives = self.shapes.prim_count();
         let (options, memory) = budget::tree_that_fits(self.options, primitives, &budget)?;
@@ -111,10 +115,9 @@ impl Wanted<'_> {
             true => Progress::new("building", 1, !self.report.quiet),
             false => Progress::busy("building", !self.report.quiet),
         };
-        let (accel, build) = timed(progress, |progress| {
-            Accel::build_watched(self.shapes, &options, &|done, all| progress.set_of(done, all))
-        })?;
-        seconds.build = build;
+        let (accel, taken) =
+            timed(progress, |progress| build(self.shapes, &options, &|done, all| progress.set_of(done, all)))?;
+        seconds.build = taken;
         Ok((accel, memory.done()))
     }
 

@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 use rayon::prelude::*;
+use std::ops::Range;
 
 use crate::bvh::aabb::Aabb;
 use crate::bvh::child::Child;
@@ -164,12 +165,19 @@ pub fn tight(shapes: &Shapes, prim: u32) -> Aabb {
     }
 }
 
-/// A fragment for each primitive, in order.
-pub fn fragments(shapes: &Shapes) -> Vec<Fragment> {
-    (0..shapes.prim_count() as u32).into_par_iter().map(|prim| Fragment::new(prim, &tight(shapes, prim))).collect()
+/// A fragment for each of some primitives, in order.
+pub fn fragments(shapes: &Shapes, prims: &[Range<u32>]) -> Vec<Fragment> {
+    let mut fragments = Vec::new();
+    for prims in prims {
+        fragments.par_extend(prims.clone().into_par_iter().map(|prim| Fragment::new(prim, &tight(shapes, prim))));
+    }
+    fragments
 }
 
-/// The box of all primitives, not padded.
-pub fn tight_bounds(shapes: &Shapes) -> Aabb {
-    (0..shapes.prim_count() as u32).into_par_iter().map(|prim| tight(shapes, prim)).reduce(|| Aabb::EMPTY, Aabb::union)
+/// The box of some primitives, not padded.
+pub fn tight_bounds(shapes: &Shapes, prims: &[Range<u32>]) -> Aabb {
+    let bounds = |prims: &Range<u32>| {
+        prims.clone().into_par_iter().map(|prim| tight(shapes, prim)).reduce(|| Aabb::EMPTY, Aabb::union)
+    };
+    prims.iter().map(bounds).fold(Aabb::EMPTY, Aabb::union)
 }

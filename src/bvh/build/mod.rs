@@ -32,10 +32,12 @@ mod reinsertion;
 mod tests;
 mod top_down;
 
+use std::ops::Range;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+pub(super) use fragment::tight_bounds;
 pub use memory::peak_bytes;
 
 use super::Bvh4;
@@ -63,37 +65,45 @@ impl Bvh4 {
 
     /// As [`Bvh4::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
+        let all = 0..u32::try_from(shapes.prim_count()).unwrap_or(u32::MAX);
+        Bvh4::build_of(shapes, &[all], options, tell)
+    }
+
+    /// As [`Bvh4::build_watched`], over some of the primitives, which keep their numbers.
+    pub(super) fn build_of(shapes: &Shapes, prims: &[Range<u32>], options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
         let start = Instant::now();
-        let prims = shapes.prim_count();
+        let all = shapes.prim_count();
         // In the worst case each primitive has a block of its own.
-        if prims >= Child::MAX_INDEX as usize {
+        if all >= Child::MAX_INDEX as usize {
             return Err(Error::Scene(format!(
-                "{prims} primitives: the BVH addresses at most {}",
+                "{all} primitives: the BVH addresses at most {}",
                 Child::MAX_INDEX as usize - 1
             )));
         }
-        let bounds = fragment::tight_bounds(shapes);
-        let mut bvh = match prims {
+        let count = prims.iter().map(ExactSizeIterator::len).sum();
+        let bounds = tight_bounds(shapes, prims);
+        let mut bvh = match count {
             0 => Bvh4::default(),
             _ => Build {
                 shapes,
+                prims,
                 bounds,
                 scale: area_scale(&bounds),
                 options: *options,
                 tier: Tier::detect(Simd::Auto)?,
                 clock: Clock(start),
                 phases: PhaseSeconds::default(),
-                course: Course::new(tell, prims, options.quality),
+                course: Course::new(tell, count, options.quality),
             }
             .run()?,
         };
         bvh.stats = BvhStats {
             quality: Some(options.quality),
-            primitives: prims,
+            primitives: count,
             nodes: bvh.nodes.len(),
             leaf_blocks: bvh.triangles.len() + bvh.spheres.len(),
             bytes: bvh.bytes(),
-            bytes_per_primitive: bvh.bytes() as f64 / prims.max(1) as f64,
+            bytes_per_primitive: bvh.bytes() as f64 / count.max(1) as f64,
             build_seconds: start.elapsed().as_secs_f64(),
             ..bvh.stats
         };
@@ -104,7 +114,9 @@ impl Bvh4 {
 /// What the steps of a build share.
 struct Build<'a> {
     shapes: &'a Shapes,
-    /// The box of all primitives.
+    /// Which of its primitives.
+    prims: &'a [Range<u32>],
+    /// Their box.
     bounds: Aabb,
     /// Scales boxes so that their areas neither overflow nor vanish.
     scale: f32,
@@ -147,11 +159,11 @@ impl Build<'_> {
 
     /// The binary tree that suits the quality.
     fn binary(&mut self) -> Binary {
-        let Build { shapes, scale, tier, .. } = *self;
-        let curve = (self.options.quality == Quality::Fast).then(|| Curve::new(shapes, &self.bounds));
+        let Build { shapes, prims, scale, tier, .. } = *self;
+        let curve = (self.options.quality == Quality::Fast).then(|| Curve::new(shapes, prims, &self.bounds));
         let mut fragments = match &curve {
             Some(curve) => curve.fragments(shapes),
-            None => fragment::fragments(shapes),
+            None => fragment::fragments(shapes, prims),
         };
         self.course.add_all(Step::Fragments);
         self.phases.fragments = self.clock.lap();
@@ -183,7 +195,7 @@ impl Clock {
 }
 
 /// Brings the scene to size 1, so that areas neither overflow nor vanish.
-fn area_scale(bounds: &Aabb) -> f32 {
+pub(super) fn area_scale(bounds: &Aabb) -> f32 {
     let size = (bounds.max - bounds.min).max_element();
     if size > 0.0 { (1.0 / size).clamp(f32::MIN_POSITIVE, f32::MAX) } else { 1.0 }
 }

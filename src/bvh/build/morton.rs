@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 use super::fragment::{self, Fragment};
 use crate::bvh::aabb::Aabb;
@@ -21,18 +22,17 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Sorts the primitives.
-    pub fn new(shapes: &Shapes, bounds: &Aabb) -> Curve {
-        let prims = shapes.prim_count();
-        let prim_bits = usize::BITS - prims.saturating_sub(1).leading_zeros();
+    /// Sorts some primitives.
+    pub fn new(shapes: &Shapes, prims: &[Range<u32>], bounds: &Aabb) -> Curve {
+        let prim_bits = usize::BITS - shapes.prim_count().saturating_sub(1).leading_zeros();
         let quantizer = Quantizer::new(bounds, ((64 - prim_bits) / 3).min(MOST_AXIS_BITS));
-        let mut keys: Vec<u64> = (0..prims as u32)
-            .into_par_iter()
-            .map(|prim| {
+        let mut keys = Vec::new();
+        for prims in prims {
+            keys.par_extend(prims.clone().into_par_iter().map(|prim| {
                 let tight = fragment::tight(shapes, prim);
                 quantizer.code(tight.min * 0.5 + tight.max * 0.5) << prim_bits | u64::from(prim)
-            })
-            .collect();
+            }));
+        }
         keys.par_sort_unstable();
         Curve { keys, prim_bits }
     }

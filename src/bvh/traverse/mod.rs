@@ -120,10 +120,9 @@ const PACKET_NODES: [usize; 2] = [50, 400];
 
 /// Blocks of four primitives up to which all are tested.
 ///
-/// Mray/s of the same queues (single, in flight, packets, list): the Cornell box with spheres, three blocks of triangles and one of
-/// spheres: 10.2, 11.4, 16.4, 19.4 and 12.5, 13.4, 23.5, 31.5; with a torus of 24 triangles, nine blocks: 9.7, 13.9, 15.6, 12.3 and
-/// 12.8, 18.3, 28.0, 21.6.
-const LIST_BLOCKS: usize = 5;
+/// Mray/s of the same queues (in flight, packets, list; AVX-512), a torus of so many triangles in the Cornell box: 24, nine blocks: 11.5, 16.1,
+/// 19.9 and 16.4, 26.9, 34.1; 48, fifteen blocks: 13.5, 15.6, 15.5 and 17.3, 26.8, 22.2.
+const LIST_BLOCKS: usize = 10;
 
 impl Bvh4 {
     /// The way that suits rays of which neighbours go the same way (`coherent`), or do not.
