@@ -18,9 +18,11 @@ const MOST_GROWTH: f64 = 1.03;
 
 /// The nodes in the format asked for, and the SAH cost of the tree as it then is. `scale` keeps areas finite.
 ///
+/// A grid spans the whole `scene`, of which the tree may hold but a part: it suits rays that start not too far from it.
+///
 /// The fast triangle test finds hits on slivers that lie beside their boxes. Which of them a ray finds depends on the order
 /// of its visits, and so on the last bit of every box test: with compact nodes that bit differs between instruction sets.
-pub fn store(full: &[Node4], options: &AccelOptions, scale: f32) -> Result<(Nodes, f64)> {
+pub fn store(full: &[Node4], options: &AccelOptions, scene: &Aabb, scale: f32) -> Result<(Nodes, f64)> {
     let cost = sah_cost(full, &(), scale);
     let format = match (options.intersection, options.nodes) {
         (Intersection::Fast, NodeFormat::Compact) => {
@@ -33,7 +35,7 @@ pub fn store(full: &[Node4], options: &AccelOptions, scale: f32) -> Result<(Node
         (Intersection::Watertight, format) => format,
     };
     if format != NodeFormat::Full {
-        if let Some((grid, nodes)) = on_grid(full) {
+        if let Some((grid, nodes)) = on_grid(full, scene) {
             let grown = sah_cost(&nodes, &grid, scale);
             if format == NodeFormat::Compact || grown <= cost * MOST_GROWTH {
                 return Ok((Nodes::Grid(nodes, grid), grown));
@@ -47,9 +49,9 @@ pub fn store(full: &[Node4], options: &AccelOptions, scale: f32) -> Result<(Node
     Ok((Nodes::Full(Buffer::from_slice(full)), cost))
 }
 
-/// All nodes on the grid of the root's box.
-fn on_grid(full: &[Node4]) -> Option<(Grid, Buffer<GridNode4>)> {
-    let grid = Grid::around(&root_box(full.first()?, &()))?;
+/// All nodes on the grid of the scene's box.
+fn on_grid(full: &[Node4], scene: &Aabb) -> Option<(Grid, Buffer<GridNode4>)> {
+    let grid = Grid::around(&root_box(full.first()?, &()).union(*scene))?;
     if !full.par_iter().all(|node| grid.node(node).is_some()) {
         return None;
     }

@@ -88,6 +88,7 @@ impl Bvh4 {
                 shapes,
                 prims,
                 bounds,
+                scene: tight_bounds(shapes, &[0..all as u32]),
                 scale: area_scale(&bounds),
                 options: *options,
                 tier: Tier::detect(Simd::Auto)?,
@@ -118,6 +119,8 @@ struct Build<'a> {
     prims: &'a [Range<u32>],
     /// Their box.
     bounds: Aabb,
+    /// That of all primitives.
+    scene: Aabb,
     /// Scales boxes so that their areas neither overflow nor vanish.
     scale: f32,
     options: AccelOptions,
@@ -138,7 +141,7 @@ impl Build<'_> {
         drop((binary.nodes, plan));
         // Before the leaves, which then take the memory that full nodes give back.
         let full = std::mem::take(&mut skeleton.nodes);
-        let (nodes, sah_cost) = format::store(&full, &self.options, self.scale)?;
+        let (nodes, sah_cost) = format::store(&full, &self.options, &self.scene, self.scale)?;
         drop(full);
         self.course.add_parts(Step::Emit, 0..1, 2);
         let mut bvh = Bvh4 {
