@@ -2,12 +2,14 @@
 
 use super::description::{AreaLightDescription, MaterialDescription, SceneDescription, Surface};
 use super::shapes::{Geometry, NO_LIGHT, Shapes, Sphere, SphereInDouble};
+use super::surface::triangle_normal;
 use super::{Scene, SceneOptions};
 use crate::error::{Error, Note, Result};
 use crate::light::Light;
 use crate::light::shape::{EmissiveMesh, EmissiveSphere, LightShape, Parallelogram};
 use crate::material::Material;
 use crate::options::Normals;
+use crate::sampling::lanes::V3;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -117,6 +119,9 @@ impl Scene {
         if !in_double {
             scene.shapes.spheres_double = Vec::new();
         }
+        if scene.shapes.normals_are_those_of_triangles() {
+            scene.shapes.normals = Vec::new();
+        }
         if scene.shapes.prim_count() == 0 {
             return Err(Error::Scene(format!("{name}: nothing to render: no triangle and no sphere")));
         }
@@ -167,6 +172,21 @@ impl Scene {
 }
 
 impl Shapes {
+    /// Whether no corner's normal differs from its triangle's own by more than 10⁻⁵: files often carry normals for what is flat, and
+    /// shading need not look at them.
+    fn normals_are_those_of_triangles(&self) -> bool {
+        const MOST: f32 = 1e-5;
+        let flat = |prim: u32, triangle: &[u32; 3]| {
+            let own = Vec3::from(triangle_normal(self.corners(prim).map(V3::<f32>::from)));
+            triangle.iter().all(|&corner| own.cross(self.normals[corner as usize]).length() <= MOST)
+        };
+        !self.normals.is_empty()
+            && (0..self.triangles.len() as u32)
+                .into_par_iter()
+                .zip(&self.triangles)
+                .all(|(prim, triangle)| flat(prim, triangle))
+    }
+
     /// Appends a mesh. `double` may be empty. `normals`: `None` when the scene is flat; an empty vector stands for "none here".
     fn add_mesh(
         &mut self,

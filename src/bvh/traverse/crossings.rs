@@ -71,10 +71,10 @@ impl Crossings {
         let row = self.len % PAIRS;
         self.len += 1;
         (self.ray[row], self.prim[row], self.geom[row]) = (ray as u8, triangle.prim, triangle.geom);
-        let [x, y, z] = directions.each_ref().map(|axis| axis[ray % RAYS]);
+        let [x, y, z] = directions.each_ref().map(|axis| axis[ray]);
         for (to, axis) in I::axes([x, y, z]).into_iter().enumerate() {
-            self.origin[to][row] = origins[axis][ray % RAYS];
-            self.direction[to][row] = directions[axis][ray % RAYS];
+            self.origin[to][row] = origins[axis][ray];
+            self.direction[to][row] = directions[axis][ray];
             for corner in 0..3 {
                 self.corners[to][corner][row] = triangle.corners[axis][corner];
             }
