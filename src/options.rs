@@ -259,6 +259,29 @@ pub enum NodeFormat {
     Compact,
 }
 
+/// How the leaves of the tree are stored. Hits, and so the picture, are the same to the bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeafFormat {
+    /// Full, unless there is no memory for them.
+    #[default]
+    Auto,
+    /// 192 bytes a block: all corners of four triangles.
+    Full,
+    /// 128 bytes a block: up to eight vertices, and which of them the corners of up to four triangles are.
+    Compact,
+    /// As compact, because there is no memory for full ones: what `--memory-limit` makes of `Auto`. Building fails if it turns out that
+    /// triangles share too few corners for that.
+    Limited,
+}
+
+impl LeafFormat {
+    /// Whether compact leaves are required.
+    pub fn is_compact(self) -> bool {
+        matches!(self, LeafFormat::Compact | LeafFormat::Limited)
+    }
+}
+
 /// How much time the tree is worth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -281,6 +304,8 @@ pub struct AccelOptions {
     pub intersection: Intersection,
     /// The format of the nodes.
     pub nodes: NodeFormat,
+    /// The format of the leaves.
+    pub leaves: LeafFormat,
     /// How good the tree has to be. The picture stays the same.
     pub quality: Quality,
     /// How exactly it knows what it holds, and where rays start.
@@ -394,11 +419,12 @@ pub struct RenderOptions {
 impl RenderOptions {
     /// What of the options does not go with double precision, as typed, if any of it was asked for.
     pub fn not_in_double(&self) -> Option<&'static str> {
-        let AccelOptions { intersection, nodes, quality, precision, .. } = self.accel;
+        let AccelOptions { intersection, nodes, leaves, quality, precision, .. } = self.accel;
         match precision {
             Precision::F32 => None,
             Precision::F64 if intersection == Intersection::Fast => Some("intersection fast"),
             Precision::F64 if nodes != NodeFormat::Auto => Some("a choice of nodes"),
+            Precision::F64 if leaves != LeafFormat::Auto => Some("a choice of leaves"),
             Precision::F64 if quality != Quality::Default => Some("a choice of bvh"),
             // Its bounds of what arrives would be of another place than the one at hand, and could be 0 where light does arrive.
             Precision::F64 if self.light_selection == LightSelection::Tree => Some("light-selection tree"),

@@ -328,6 +328,10 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
                 kernel += &format!(", {nodes} nodes");
                 why += &format!("; {reason}");
             }
+            if let Some((leaves, reason)) = accel.leaf_format() {
+                kernel += &format!(", {leaves} leaves");
+                why += &format!("; {reason}");
+            }
             if accel.beside() > 0 {
                 kernel += &format!(", {} beside the tree", count(accel.beside(), "primitive"));
                 why += "; those of small meshes are as wide as the scene: every ray is tested against them, and few come to the tree";

@@ -4,7 +4,7 @@ mod common;
 
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
-use comber::options::{self, AccelOptions, Intersection, NodeFormat, Quality};
+use comber::options::{self, AccelOptions, Intersection, LeafFormat, NodeFormat, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
 use common::rays::{QUALITIES, Random, kernels};
@@ -156,11 +156,12 @@ fn both(shapes: &Shapes) -> (Accel, Accel) {
     (tree(shapes, Quality::Default), brute(shapes))
 }
 
-/// Every quality, and every format of the nodes.
+/// Every quality, and every format of the nodes and of the leaves.
 fn every_option() -> Vec<AccelOptions> {
     let qualities = QUALITIES.map(|quality| AccelOptions { quality, ..Default::default() });
     let formats = [NodeFormat::Full, NodeFormat::Compact].map(|nodes| AccelOptions { nodes, ..Default::default() });
-    qualities.into_iter().chain(formats).collect()
+    let leaves = [LeafFormat::Full, LeafFormat::Compact].map(|leaves| AccelOptions { leaves, ..formats[1] });
+    qualities.into_iter().chain(formats).chain(leaves).collect()
 }
 
 /// Every way to build and to ask gives the same bits as the oracle.
@@ -169,7 +170,8 @@ fn assert_agree(shapes: &Shapes, rays: &[Ray]) {
         match Accel::build(shapes, &options) {
             Ok(bvh) => assert_agrees(&bvh, &options, shapes, rays),
             Err(error) => {
-                assert!(options.nodes == NodeFormat::Compact && error.to_string().contains("compact"), "{error}");
+                assert!(options.nodes == NodeFormat::Compact, "{error}");
+                assert!(error.to_string().contains("does not suit compact nodes"), "{error}");
             }
         }
     }
@@ -339,6 +341,72 @@ fn the_fast_test_gives_the_same_bits_on_every_tier() {
     }
     let compact = Accel::build(&shapes, &AccelOptions { nodes: NodeFormat::Compact, ..options });
     assert!(compact.unwrap_err().to_string().contains("compact"));
+}
+
+/// The same triangles in either kind of leaf, of meshes whose triangles share corners, of one and of several geometries: the same hits, to the
+/// bit, as those of every triangle.
+#[test]
+fn leaves_of_shared_corners_agree_with_full_ones() {
+    for (spec, least) in [("proc:blob,tris=3k", 3.3), ("proc:terrain,tris=3k", 3.3), ("proc:coral,tris=3k", 3.0)] {
+        let description = comber::scene::procedural::generate(spec).unwrap();
+        let scene = comber::scene::Scene::build(description, Default::default()).unwrap();
+        let mut shapes = scene.shapes;
+        for geometries in [1, 40] {
+            let prims = shapes.prim_count() as u32;
+            let each = prims.div_ceil(geometries);
+            shapes.geometries = (0..prims.div_ceil(each))
+                .map(|number| Geometry {
+                    name: String::new(),
+                    first_prim: number * each,
+                    prim_count: each.min(prims - number * each),
+                    material: 0,
+                    light: NO_LIGHT,
+                })
+                .collect();
+            let (low, high) = shapes
+                .positions
+                .iter()
+                .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+            let mut rays = rays(&mut Random(31), &shapes, 3000);
+            for ray in rays.iter_mut().filter(|ray| ray.origin.is_finite()) {
+                ray.origin = low + (ray.origin + 1.5) / 3.0 * (high - low);
+            }
+            for quality in QUALITIES {
+                let options = AccelOptions { quality, leaves: LeafFormat::Compact, ..Default::default() };
+                let compact = Accel::build(&shapes, &options).unwrap();
+                assert_eq!(compact.row_bytes(), [64, 128], "{spec}");
+                assert_agrees(&compact, &options, &shapes, &rays);
+                let full = AccelOptions { leaves: LeafFormat::Full, nodes: NodeFormat::Compact, ..options };
+                let full = Accel::build(&shapes, &full).unwrap();
+                assert_eq!(full.row_bytes(), [64, 192], "{spec}");
+                let each = prims as f64 / compact.stats().leaf_blocks as f64;
+                println!(
+                    "{spec} {quality:?}: {each:.2} triangles a block, {} and {} bytes",
+                    compact.stats().bytes,
+                    full.stats().bytes
+                );
+                assert!(each > least, "{spec} {quality:?}: {each} triangles a block");
+                assert!(compact.stats().bytes < full.stats().bytes * 4 / 5, "{spec} {quality:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn compact_leaves_need_compact_nodes_and_the_watertight_test() {
+    let shapes = soup(&mut Random(5), 100, 0);
+    let compact = AccelOptions { leaves: LeafFormat::Compact, ..Default::default() };
+    for other in [
+        AccelOptions { nodes: NodeFormat::Full, ..compact },
+        AccelOptions { intersection: Intersection::Fast, ..compact },
+    ] {
+        let error = Accel::build(&shapes, &other).unwrap_err().to_string();
+        assert!(error.contains("--leaves compact"), "{error}");
+    }
+    // Loose triangles: two to a block, which was not predicted of them.
+    let limited = AccelOptions { leaves: LeafFormat::Limited, ..Default::default() };
+    let error = Accel::build(&self::soup(&mut Random(5), 3000, 0), &limited).unwrap_err().to_string();
+    assert!(error.contains("--memory-limit") && error.contains("too few corners"), "{error}");
 }
 
 /// On triangles as meshes have them, the fast test makes nothing up.

@@ -4,7 +4,7 @@ use comber::bvh::{Accel, Bvh4, BvhStats};
 use comber::cache::digest::digest;
 use comber::cache::folder::Found;
 use comber::cache::{Cache, Key};
-use comber::options::{AccelOptions, NodeFormat};
+use comber::options::{AccelOptions, LeafFormat, NodeFormat};
 use comber::scene::Scene;
 use comber::scene::description::SphereDescription;
 use comber::scene::procedural;
@@ -49,11 +49,11 @@ struct Kept {
 
 /// A kept tree of full nodes.
 fn kept(triangles: u32) -> Kept {
-    kept_with(triangles, NodeFormat::Full)
+    kept_with(triangles, NodeFormat::Full, LeafFormat::Full)
 }
 
-fn kept_with(triangles: u32, nodes: NodeFormat) -> Kept {
-    let options = AccelOptions { nodes, ..Default::default() };
+fn kept_with(triangles: u32, nodes: NodeFormat, leaves: LeafFormat) -> Kept {
+    let options = AccelOptions { nodes, leaves, ..Default::default() };
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache { folder: folder.path().join("trees"), limit: 1 << 30 };
     let shapes = shapes(triangles);
@@ -114,7 +114,7 @@ fn section(bytes: &[u8], number: usize) -> (usize, usize) {
 
 /// Makes all checksums right, as someone does who knows how.
 fn sign(bytes: &mut [u8]) {
-    for number in 0..4 {
+    for number in 0..5 {
         let (start, length) = section(bytes, number);
         let end = (start + length).next_multiple_of(HEADER);
         let sum = digest(&[&bytes[start..start + length], &bytes[start + length..end]]);
@@ -280,14 +280,15 @@ fn trees_that_traversal_could_not_trust_are_refused() {
 
 #[test]
 fn no_signed_file_makes_traversal_fail() {
-    no_signed_file_fails(NodeFormat::Full);
-    no_signed_file_fails(NodeFormat::Compact);
+    no_signed_file_fails(NodeFormat::Full, LeafFormat::Full);
+    no_signed_file_fails(NodeFormat::Compact, LeafFormat::Full);
+    no_signed_file_fails(NodeFormat::Compact, LeafFormat::Compact);
 }
 
-fn no_signed_file_fails(nodes: NodeFormat) {
-    let kept = kept_with(500, nodes);
+fn no_signed_file_fails(nodes: NodeFormat, leaves: LeafFormat) {
+    let kept = kept_with(500, nodes, leaves);
     let whole = kept.bytes();
-    let sections: Vec<usize> = (0..4).filter(|&number| section(&whole, number).1 > 0).collect();
+    let sections: Vec<usize> = (0..5).filter(|&number| section(&whole, number).1 > 0).collect();
     let mut random = Random(1);
     let mut used = 0;
     for _ in 0..400 {
@@ -618,7 +619,7 @@ fn predictions_are_near_what_is_taken() {
 
 #[test]
 fn compact_nodes_that_traversal_could_not_trust_are_refused() {
-    let kept = kept_with(3000, NodeFormat::Compact);
+    let kept = kept_with(3000, NodeFormat::Compact, LeafFormat::Full);
     kept.assert_sound();
     let whole = kept.bytes();
     let nodes = section(&whole, 1).1 / 64;
@@ -646,4 +647,92 @@ fn compact_nodes_that_traversal_could_not_trust_are_refused() {
         kept.write(&bytes);
         assert!(kept.damage().contains("no grid"), "{value}");
     }
+}
+
+/// Offsets within a compact triangle block: the numbers of corners, a byte each, then the first geometry, then primitives.
+const SHARED: usize = 4;
+const CORNERS_AT: usize = 64;
+const SHARED_GEOM_AT: usize = 76;
+const SHARED_PRIM_AT: usize = 80;
+
+#[test]
+fn compact_leaves_that_traversal_could_not_trust_are_refused() {
+    let kept = kept_with(3000, NodeFormat::Compact, LeafFormat::Compact);
+    kept.assert_sound();
+    let whole = kept.bytes();
+    assert_eq!(section(&whole, TRIANGLES).1, 0);
+    let blocks = section(&whole, SHARED).1 / 128;
+    let prim = |block: usize, lane: usize| get(&whole, SHARED, 128 * block + SHARED_PRIM_AT + 4 * lane);
+    let partly = (0..blocks).find(|&block| prim(block, 3) == EMPTY).unwrap() * 128;
+    let row = get(&whole, SHARED, CORNERS_AT);
+    let unused_row = get(&whole, SHARED, partly + CORNERS_AT);
+    // The last lane of a row of corners is its last byte.
+    let with = |row: u32, lane: usize, vertex: u8| {
+        let mut bytes = row.to_ne_bytes();
+        bytes[lane] = vertex;
+        u32::from_ne_bytes(bytes)
+    };
+    for (what, at, value) in [
+        ("the geometry after the last, by its difference", CORNERS_AT, with(row, 0, row.to_ne_bytes()[0] | 0xf8)),
+        ("an unused lane with vertices", partly + CORNERS_AT, with(unused_row, 3, 0)),
+        ("an unused vertex that is somewhere", partly + 28, 0),
+        ("a primitive that does not exist", SHARED_PRIM_AT, kept.shapes.triangles.len() as u32),
+        ("a sphere among the triangles", SHARED_PRIM_AT, kept.shapes.prim_count() as u32 - 1),
+        ("a geometry that does not exist", SHARED_GEOM_AT, 1000),
+        ("the geometry of others", SHARED_GEOM_AT, 1),
+        ("a primitive is lost", SHARED_PRIM_AT, EMPTY),
+    ] {
+        let mut bytes = whole.clone();
+        put(&mut bytes, SHARED, at, value);
+        sign(&mut bytes);
+        kept.write(&bytes);
+        let why = kept.damage();
+        assert!(why.contains("primitives"), "{what}: {why}");
+    }
+    // Blocks of the other format behind a grid, and these behind full nodes: no row, no tree.
+    let mut bytes = whole.clone();
+    let at = |number: usize| SECTIONS_AT + number * SECTION;
+    let compact = bytes[at(SHARED)..at(SHARED) + 16].to_vec();
+    bytes[at(TRIANGLES)..at(TRIANGLES) + 16].copy_from_slice(&compact);
+    sign(&mut bytes);
+    kept.write(&bytes);
+    assert!(!kept.damage().is_empty());
+    kept.write(&whole);
+    kept.assert_sound();
+}
+
+/// Where full leaves do not fit, compact ones are chosen, kept under a name of their own, and found again.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_limits_choose_smaller_leaves() {
+    let folder = tempfile::tempdir().unwrap();
+    let info = |limit: u64| {
+        let mesh = "proc:blob,tris=400k --stage none";
+        comber(folder.path(), &format!("info {mesh} --cache trees --json --quiet --memory-limit {limit}M"))
+    };
+    // From so much that anything fits, down to where the tree is refused.
+    let mut seen = Vec::new();
+    for limit in (40..120).rev().step_by(2) {
+        let output = info(limit);
+        if !output.status.success() {
+            assert_eq!(output.status.code(), Some(1));
+            assert!(text(&output.stderr).contains("--memory-limit"), "{}", text(&output.stderr));
+            break;
+        }
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(json["tree"]["source"], "built", "{limit} MiB");
+        let peak = json["memory"]["build"]["peak"].as_u64().unwrap();
+        assert!(peak <= limit << 20, "{limit} MiB: {peak}");
+        let leaves = &json["formats"]["leaves"];
+        if leaves["bytes"] == 128 {
+            let again: Value = serde_json::from_slice(&info(limit).stdout).unwrap();
+            assert_eq!((&again["tree"]["source"], &again["formats"]), (&Value::from("cache"), &json["formats"]));
+        }
+        seen.push((leaves["bytes"].as_u64().unwrap(), leaves["why"].as_str().unwrap().to_owned()));
+        // A tree of full leaves that is kept would be taken, whatever the limit.
+        fs::remove_dir_all(folder.path().join("trees")).unwrap();
+    }
+    seen.dedup();
+    let [(192, _), (128, why)] = &seen[..] else { panic!("{seen:?}") };
+    assert!(why.contains("memory"), "{why}");
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use comber::bvh::{Accel, HitColumnsMut, RayColumns, Traversal};
-use comber::options::{self, Quality};
+use comber::options::{AccelOptions, LeafFormat, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};
 use comber::simd::Tier;
 use common::rays::{QUALITIES, Random, kernels};
@@ -157,10 +157,15 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         }],
         ..Shapes::default()
     };
-    let trees = QUALITIES.map(|quality| {
-        Accel::build(&shapes, &options::AccelOptions { quality, ..options::AccelOptions::default() }).unwrap()
-    });
-    let bounds = trees[0].bounds();
+    let compact = AccelOptions { leaves: LeafFormat::Compact, ..AccelOptions::default() };
+    let mut trees: Vec<(Accel, AccelOptions)> = QUALITIES
+        .into_iter()
+        .map(|quality| AccelOptions { quality, ..AccelOptions::default() })
+        .map(|options| (Accel::build(&shapes, &options).unwrap(), options))
+        .collect();
+    // Not every size suits compact nodes, which compact leaves need.
+    trees.extend(Accel::build(&shapes, &compact).ok().map(|tree| (tree, compact)));
+    let bounds = trees[0].0.bounds();
     let mut random = Random(u64::from(scale.to_bits()) << 32 | u64::from(offset.to_bits()));
     let mut columns: [Vec<f32>; 6] = Default::default();
     let mut kinds = Vec::new();
@@ -184,11 +189,11 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
     }
     let [ox, oy, oz, dx, dy, dz] = &columns;
     let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None };
-    // Every kernel on the usual tree, and one of them on every tree: kernels do not know how a tree was built.
-    let ways = kernels().into_iter().flat_map(|kernel| trees.iter().zip(QUALITIES).map(move |tree| (kernel, tree)));
+    // Every kernel on the usual trees, and one of them on every tree: kernels do not know how a tree was built.
+    let ways = kernels().into_iter().flat_map(|kernel| trees.iter().map(move |tree| (kernel, tree)));
     let usual = (Traversal::InFlight, Tier::available().pop().expect("the baseline"));
-    let ways = ways.filter(|(kernel, (_, quality))| *quality == Quality::Default || *kernel == usual);
-    for ((way, tier), (accel, quality)) in ways {
+    let ways = ways.filter(|(kernel, (_, options))| options.quality == Quality::Default || *kernel == usual);
+    for ((way, tier), (accel, options)) in ways {
         let (mut t, mut u, mut v) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
         let (mut prim, mut geom) = (vec![0; count], vec![0; count]);
         accel.closest_hits(
@@ -202,7 +207,7 @@ fn assert_closed(solid: &Solid, scale: f32, offset: f32, count: usize) {
         let leaks: Vec<_> = (0..count).filter(|&i| t[i].is_infinite() || !occluded[i]).collect();
         assert!(
             leaks.is_empty(),
-            "{} at scale {scale}, offset {offset}, {way:?} {}, {quality:?}: {} of {count} rays leak; the first, of kind {}: {:?}",
+            "{} at scale {scale}, offset {offset}, {way:?} {}, {options:?}: {} of {count} rays leak; the first, of kind {}: {:?}",
             solid.name,
             tier.name(),
             leaks.len(),

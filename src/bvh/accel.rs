@@ -87,6 +87,15 @@ impl Accel {
         }
     }
 
+    /// How large a block of triangles is, and why; `None` if there are no blocks.
+    pub fn leaf_format(&self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Accel::Bvh(bvh) => Some(bvh.leaf_format()),
+            Accel::Parted(parted) => Some(parted.rest().leaf_format()),
+            Accel::Brute(..) | Accel::Double(_) => None,
+        }
+    }
+
     /// Bytes of a node, and of a block of triangles, or a primitive in double precision; 0 for the oracle, which has neither.
     pub fn row_bytes(&self) -> [usize; 2] {
         match self {

@@ -2,9 +2,9 @@
 
 use glam::Vec4;
 
+use super::block::TriangleBlock;
 use super::ray::Ray;
 use super::rays4::Rays4;
-use super::tri4::Tri4;
 use crate::simd::wide::{Wide, Words};
 
 /// A ray–triangle test.
@@ -19,7 +19,7 @@ pub trait Intersect: Copy + Send + Sync {
     /// [`Intersect::first_row`]s.
     fn class(directions: [Vec4; 3]) -> [u32; 2];
 
-    /// The first of the three rows of a block ([`Tri4::rows`]) that hold the coordinate which the ray takes as its x, y or
+    /// The first of the three rows of a block ([`super::tri4::Tri4::rows`]) that hold the coordinate which the ray takes as its x, y or
     /// z; `words` are the first that were prepared.
     fn first_row(words: &Words, axis: u32) -> usize;
 
@@ -29,10 +29,10 @@ pub trait Intersect: Copy + Send + Sync {
 
     /// The triangles that rays may hit, a quad of each a ray.
     #[inline(always)]
-    fn candidates<'a, W: Wide>(
+    fn candidates<'a, W: Wide, B: TriangleBlock>(
         wide: W,
         ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
-        block: impl Fn(usize) -> &'a Tri4 + Copy,
+        block: impl Fn(usize) -> &'a B + Copy,
     ) -> W::Mask {
         let (a, b) = (wide.gather(|r| &ray(r)[0]), wide.gather(|r| &ray(r)[1]));
         let rays = RayLanes {
@@ -40,35 +40,30 @@ pub trait Intersect: Copy + Send + Sync {
             direction: [wide.spread::<0>(b), wide.spread::<1>(b), wide.spread::<2>(b)],
             t_max: wide.spread::<3>(b),
         };
-        let corners = [
-            corner::<Self, W, 0>(wide, ray, block),
-            corner::<Self, W, 1>(wide, ray, block),
-            corner::<Self, W, 2>(wide, ray, block),
-        ];
+        let corners = B::corners(wide, block, |r, axis| Self::first_row(&ray(r)[0], axis));
         Self::test(wide, &rays, corners)
     }
 
     /// The same of one block for all rays, whose `first_row`s are the same.
     #[inline(always)]
-    fn candidates_in<'a, W: Wide>(wide: W, ray: impl Fn(usize) -> &'a [Words; 2] + Copy, block: &Tri4) -> W::Mask {
+    fn candidates_in<'a, W: Wide>(
+        wide: W,
+        ray: impl Fn(usize) -> &'a [Words; 2] + Copy,
+        block: &impl TriangleBlock,
+    ) -> W::Mask {
         let (a, b) = (wide.gather(|r| &ray(r)[0]), wide.gather(|r| &ray(r)[1]));
         let rays = RayLanes {
             origin: [wide.spread::<0>(a), wide.spread::<1>(a), wide.spread::<2>(a)],
             direction: [wide.spread::<0>(b), wide.spread::<1>(b), wide.spread::<2>(b)],
             t_max: wide.spread::<3>(b),
         };
-        let [x, y, z] = [0, 1, 2].map(|axis| Self::first_row(&ray(0)[0], axis));
-        let rows = block.rows();
-        let corners = [
-            [wide.repeat(&rows[x]), wide.repeat(&rows[y]), wide.repeat(&rows[z])],
-            [wide.repeat(&rows[x + 1]), wide.repeat(&rows[y + 1]), wide.repeat(&rows[z + 1])],
-            [wide.repeat(&rows[x + 2]), wide.repeat(&rows[y + 2]), wide.repeat(&rows[z + 2])],
-        ];
+        let rows = [0, 1, 2].map(|axis| Self::first_row(&ray(0)[0], axis));
+        let corners = block.corners_for_all(wide, rows);
         Self::test(wide, &rays, corners)
     }
 
     /// Where the ray crosses the triangle in one lane, if it does; not yet limited in `t`.
-    fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing>;
+    fn crossing(ray: &[Words; 2], block: &impl TriangleBlock, lane: usize) -> Option<Crossing>;
 
     /// The axes that a ray of this direction takes as its x, y and z.
     fn axes(direction: [f32; 3]) -> [usize; 3];
@@ -87,20 +82,6 @@ pub struct RayLanes<L> {
     pub direction: [L; 3],
     /// Their ends.
     pub t_max: L,
-}
-
-/// One corner of four triangles a ray. (No closure: those with vectors in them must be inlined.)
-#[inline(always)]
-fn corner<'a, I: Intersect, W: Wide, const CORNER: usize>(
-    wide: W,
-    ray: impl Fn(usize) -> &'a [Words; 2],
-    block: impl Fn(usize) -> &'a Tri4,
-) -> [W::Lanes; 3] {
-    [
-        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 0) + CORNER]),
-        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 1) + CORNER]),
-        wide.gather(|r| &block(r).rows()[I::first_row(&ray(r)[0], 2) + CORNER]),
-    ]
 }
 
 /// Where a ray meets a triangle; on the whole line, not yet limited to `t_min < t <= t_max`.

@@ -6,6 +6,7 @@
 
 mod aabb;
 mod accel;
+mod block;
 mod brute;
 mod build;
 mod bvh4;
@@ -21,6 +22,7 @@ mod node4;
 mod parted;
 pub mod ray;
 mod rays4;
+mod shared_tri4;
 mod single_ray;
 mod some_rays;
 mod sphere;
@@ -34,6 +36,7 @@ mod watertight;
 pub use aabb::Aabb;
 pub use accel::Accel;
 pub use brute::Brute;
+pub use build::format::may_be_limited;
 pub use build::{Tell, peak_bytes};
 pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};

@@ -6,10 +6,10 @@
 
 use glam::{Vec3, Vec4};
 
+use super::block::TriangleBlock;
 use super::intersect::{Crossing, Intersect, RayLanes};
 use super::ray::Ray;
 use super::rays4::Rays4;
-use super::tri4::Tri4;
 use crate::simd::wide::{Wide, Words};
 
 /// The test, as kernels that are generic over it know it.
@@ -60,11 +60,10 @@ impl Intersect for MollerTrumbore {
     }
 
     #[inline(always)]
-    fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing> {
+    fn crossing(ray: &[Words; 2], block: &impl TriangleBlock, lane: usize) -> Option<Crossing> {
         let vector = |words: &Words| Vec3::from_array(std::array::from_fn(|axis| f32::from_bits(words[axis])));
-        let corner = |corner: usize| {
-            Vec3::from_array(std::array::from_fn(|axis| f32::from_bits(block.rows()[3 * axis + corner][lane & 3])))
-        };
+        let corner =
+            |corner: usize| Vec3::from_array(std::array::from_fn(|axis| block.coordinate(3 * axis, corner, lane)));
         scalar(vector(&ray[0]), vector(&ray[1]), [corner(0), corner(1), corner(2)])
     }
 

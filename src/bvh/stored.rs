@@ -7,17 +7,20 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::Bvh4;
 use super::aabb::Aabb;
-use super::bvh4::Nodes;
+use super::block::TriangleBlock;
+use super::build::format;
+use super::bvh4::Tables;
 use super::grid_node4::{Grid, GridNode4};
 use super::intersect::Intersect;
 use super::node::Node;
 use super::node4::Node4;
 use super::ray::MISS;
+use super::shared_tri4::SharedTri4;
 use super::sphere4::Sphere4;
 use super::stats::BvhStats;
 use super::traverse::stack::MAX_DEPTH;
@@ -28,11 +31,12 @@ use crate::scene::shapes::Shapes;
 use crate::system::{Buffer, MappedFile};
 
 /// How many sections a tree has.
-pub const SECTIONS: usize = 4;
+pub const SECTIONS: usize = 5;
 
-/// Bytes of a row of each section: full nodes, compact nodes, triangle blocks, sphere blocks. One kind of nodes is empty.
+/// Bytes of a row of each section: full nodes, compact nodes, full triangle blocks, sphere blocks, compact triangle blocks. One kind of
+/// nodes is empty, and so is one kind of triangle blocks.
 pub const ROWS: [usize; SECTIONS] =
-    [size_of::<Node4>(), size_of::<GridNode4>(), size_of::<Tri4>(), size_of::<Sphere4>()];
+    [size_of::<Node4>(), size_of::<GridNode4>(), size_of::<Tri4>(), size_of::<Sphere4>(), size_of::<SharedTri4>()];
 
 /// What the sections do not say.
 #[derive(Clone, Copy, Debug)]
@@ -50,23 +54,20 @@ pub struct Facts {
 impl Bvh4 {
     /// The bytes of the sections, in the order of [`ROWS`].
     pub(crate) fn sections(&self) -> [&[u8]; SECTIONS] {
-        let (full, compact): (&[Node4], &[GridNode4]) = match &self.nodes {
-            Nodes::Full(nodes) => (nodes, &[]),
-            Nodes::Grid(nodes, _) => (&[], nodes),
-        };
-        [
-            bytemuck::cast_slice(full),
-            bytemuck::cast_slice(compact),
-            bytemuck::cast_slice(&self.triangles),
-            bytemuck::cast_slice(&self.spheres),
-        ]
+        let [nodes, triangles] = self.tables.bytes();
+        let spheres = bytemuck::cast_slice(&self.spheres);
+        match self.tables {
+            Tables::Full(..) => [nodes, &[], triangles, spheres, &[]],
+            Tables::Grid(..) => [&[], nodes, triangles, spheres, &[]],
+            Tables::Compact(..) => [&[], nodes, &[], spheres, triangles],
+        }
     }
 
     /// What goes with them.
     pub(crate) fn facts(&self) -> Facts {
-        let grid = match self.nodes {
-            Nodes::Full(_) => Grid::zeroed(),
-            Nodes::Grid(_, grid) => grid,
+        let grid = match self.tables {
+            Tables::Full(..) => Grid::zeroed(),
+            Tables::Grid(_, grid, _) | Tables::Compact(_, grid, _) => grid,
         };
         Facts { bounds: self.bounds, grid, sah_cost: self.stats.sah_cost, build_seconds: self.stats.build_seconds }
     }
@@ -79,20 +80,25 @@ impl Bvh4 {
         shapes: &Shapes,
         options: &AccelOptions,
     ) -> Result<Bvh4, String> {
-        let [full, compact, triangles, spheres] = sections;
-        let outside = || "a section lies outside the file".to_owned();
+        let [full, grid, triangles, spheres, shared] = sections;
+        if !(full.is_empty() || grid.is_empty()) || grid.is_empty() == facts.grid.is_sound() {
+            return Err("it has nodes of two kinds, or no grid for those it has".into());
+        }
+        if !(triangles.is_empty() || shared.is_empty()) || grid.is_empty() && !shared.is_empty() {
+            return Err("it has leaves of two kinds, or compact ones with full nodes".into());
+        }
+        let (_, leaves_why) = format::leaves(options).map_err(|error| error.to_string())?;
+        let tables = if grid.is_empty() {
+            Tables::Full(mapped(file, full)?, mapped(file, triangles)?)
+        } else if shared.is_empty() {
+            Tables::Grid(mapped(file, grid)?, facts.grid, mapped(file, triangles)?)
+        } else {
+            Tables::Compact(mapped(file, grid)?, facts.grid, mapped(file, shared)?)
+        };
         let mut bvh = Bvh4 {
-            nodes: if compact.is_empty() {
-                Nodes::Full(Buffer::mapped(file, full.start, full.len() / ROWS[0]).ok_or_else(outside)?)
-            } else {
-                if !(full.is_empty() && facts.grid.is_sound()) {
-                    return Err("it has nodes of two kinds, or no grid for those it has".into());
-                }
-                let nodes = Buffer::mapped(file, compact.start, compact.len() / ROWS[1]).ok_or_else(outside)?;
-                Nodes::Grid(nodes, facts.grid)
-            },
-            triangles: Buffer::mapped(file, triangles.start, triangles.len() / ROWS[2]).ok_or_else(outside)?,
-            spheres: Buffer::mapped(file, spheres.start, spheres.len() / ROWS[3]).ok_or_else(outside)?,
+            leaves_why,
+            tables,
+            spheres: mapped(file, spheres)?,
             bounds: facts.bounds,
             intersection: options.intersection,
             stats: BvhStats::default(),
@@ -103,11 +109,12 @@ impl Bvh4 {
         if used < primitives {
             return Err(format!("its leaves hold {used} primitives of {primitives}"));
         }
+        let [nodes, triangle_blocks] = bvh.tables.lens();
         bvh.stats = BvhStats {
             quality: Some(options.quality),
             primitives,
-            nodes: bvh.nodes.len(),
-            leaf_blocks: bvh.triangles.len() + bvh.spheres.len(),
+            nodes,
+            leaf_blocks: triangle_blocks + bvh.spheres.len(),
             depth,
             sah_cost: facts.sah_cost,
             bytes: bvh.bytes(),
@@ -119,13 +126,19 @@ impl Bvh4 {
     }
 }
 
+/// The rows that lie in these bytes of a file.
+fn mapped<T: Pod + Send + Sync>(file: &Arc<MappedFile>, bytes: Range<usize>) -> Result<Buffer<T>, String> {
+    Buffer::mapped(file, bytes.start, bytes.len() / size_of::<T>())
+        .ok_or_else(|| "a section lies outside the file".to_owned())
+}
+
 /// Checks that the nodes are one tree, and tells how deep it is.
 struct CheckNodes;
 
 impl TreeKernel for CheckNodes {
     type Output = Result<u32, String>;
 
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Result<u32, String> {
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> Result<u32, String> {
         // The level of each node that has a parent so far; the root's is 1.
         let mut levels = vec![0u8; tree.nodes.len()];
         if let Some(root) = levels.first_mut() {
@@ -169,12 +182,23 @@ fn check_blocks(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
 /// Checks the triangle blocks, and tells how many lanes are used.
 fn check_triangles(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
     let prims = 0..shapes.triangles.len() as u32;
-    let lanes = |block: &Tri4| {
-        let unused = |lane: usize| block.corners.iter().flatten().all(|corner| corner[lane].is_nan());
-        check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
-    };
-    let lanes = bvh.triangles.par_iter().enumerate().map(|(index, block)| {
-        lanes(block).ok_or_else(|| format!("triangle block {index} names primitives that do not exist"))
+    match &bvh.tables {
+        Tables::Full(_, blocks) | Tables::Grid(_, _, blocks) => check_all("triangle", blocks, |block| {
+            let unused = |lane: usize| block.corners.iter().flatten().all(|corner| corner[lane].is_nan());
+            check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
+        }),
+        Tables::Compact(_, _, blocks) => check_all("triangle", blocks, |block| {
+            let geom = std::array::from_fn(|lane| block.geom(lane));
+            let unused = |lane: usize| block.is_unused(lane);
+            check_lanes(shapes, &prims, block.prims(), &geom, unused)
+        }),
+    }
+}
+
+/// Adds up the lanes in use of all blocks, or tells which is wrong.
+fn check_all<T: Sync>(what: &str, blocks: &[T], lanes: impl Fn(&T) -> Option<usize> + Sync) -> Result<usize, String> {
+    let lanes = blocks.par_iter().enumerate().map(|(index, block)| {
+        lanes(block).ok_or_else(|| format!("{what} block {index} names primitives that do not exist"))
     });
     lanes.try_reduce(|| 0, |a, b| Ok(a + b))
 }
@@ -182,14 +206,10 @@ fn check_triangles(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
 /// Checks the sphere blocks, and tells how many lanes are used.
 fn check_spheres(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
     let prims = shapes.triangles.len() as u32..shapes.prim_count() as u32;
-    let lanes = |block: &Sphere4| {
+    check_all("sphere", &bvh.spheres, |block| {
         let unused = |lane: usize| block.center(lane).to_array().iter().all(|coordinate| coordinate.is_nan());
         check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
-    };
-    let lanes = bvh.spheres.par_iter().enumerate().map(|(index, block)| {
-        lanes(block).ok_or_else(|| format!("sphere block {index} names primitives that do not exist"))
-    });
-    lanes.try_reduce(|| 0, |a, b| Ok(a + b))
+    })
 }
 
 /// How many lanes of a block are used; `None` if one names a primitive outside of `prims` or of its geometry, or is

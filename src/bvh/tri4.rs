@@ -1,10 +1,11 @@
-//! The leaf block of triangles.
+//! The full leaf block of triangles.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
+use super::block::TriangleBlock;
 use super::ray::MISS;
-use crate::simd::wide::Words;
+use crate::simd::wide::{Wide, Words};
 
 /// Four triangles, as structure of arrays: three cache lines.
 ///
@@ -46,4 +47,55 @@ impl Tri4 {
         self.prim[lane] = prim;
         self.geom[lane] = geom;
     }
+}
+
+impl TriangleBlock for Tri4 {
+    #[inline(always)]
+    fn prims(&self) -> &[u32; 4] {
+        &self.prim
+    }
+
+    #[inline(always)]
+    fn geom(&self, lane: usize) -> u32 {
+        self.geom[lane]
+    }
+
+    #[inline(always)]
+    fn coordinate(&self, row: usize, corner: usize, lane: usize) -> f32 {
+        // The masks spare bounds checks.
+        f32::from_bits(self.rows()[(row & 7) + corner][lane & 3])
+    }
+
+    #[inline(always)]
+    fn corners<'a, W: Wide>(
+        wide: W,
+        block: impl Fn(usize) -> &'a Self + Copy,
+        row: impl Fn(usize, u32) -> usize + Copy,
+    ) -> [[W::Lanes; 3]; 3] {
+        [corner::<W, 0>(wide, block, row), corner::<W, 1>(wide, block, row), corner::<W, 2>(wide, block, row)]
+    }
+
+    #[inline(always)]
+    fn corners_for_all<W: Wide>(&self, wide: W, [x, y, z]: [usize; 3]) -> [[W::Lanes; 3]; 3] {
+        let rows = self.rows();
+        [
+            [wide.repeat(&rows[x]), wide.repeat(&rows[y]), wide.repeat(&rows[z])],
+            [wide.repeat(&rows[x + 1]), wide.repeat(&rows[y + 1]), wide.repeat(&rows[z + 1])],
+            [wide.repeat(&rows[x + 2]), wide.repeat(&rows[y + 2]), wide.repeat(&rows[z + 2])],
+        ]
+    }
+}
+
+/// One corner of four triangles a ray. (No closure: those with vectors in them must be inlined.)
+#[inline(always)]
+fn corner<'a, W: Wide, const CORNER: usize>(
+    wide: W,
+    block: impl Fn(usize) -> &'a Tri4,
+    row: impl Fn(usize, u32) -> usize,
+) -> [W::Lanes; 3] {
+    [
+        wide.gather(|ray| &block(ray).rows()[row(ray, 0) + CORNER]),
+        wide.gather(|ray| &block(ray).rows()[row(ray, 1) + CORNER]),
+        wide.gather(|ray| &block(ray).rows()[row(ray, 2) + CORNER]),
+    ]
 }

@@ -11,10 +11,10 @@
 
 use glam::{BVec4A, Vec3, Vec3Swizzles, Vec4};
 
+use super::block::TriangleBlock;
 use super::intersect::{Crossing, Intersect, RayLanes, beyond_ends};
 use super::ray::Ray;
 use super::rays4::Rays4;
-use super::tri4::Tri4;
 use crate::simd::wide::{Wide, Words};
 
 /// A ray as the test needs it.
@@ -115,10 +115,9 @@ impl Intersect for Watertight {
     }
 
     #[inline(always)]
-    fn crossing(ray: &[Words; 2], block: &Tri4, lane: usize) -> Option<Crossing> {
+    fn crossing(ray: &[Words; 2], block: &impl TriangleBlock, lane: usize) -> Option<Crossing> {
         let [origin, shear] = ray.map(|words| words.map(f32::from_bits));
-        let rows = block.rows();
-        let corner = |axis: u32, corner: usize| f32::from_bits(rows[Self::first_row(&ray[0], axis) + corner][lane & 3]);
+        let corner = |axis: u32, corner: usize| block.coordinate(Self::first_row(&ray[0], axis), corner, lane);
         let corners = |axis: u32| [corner(axis, 0), corner(axis, 1), corner(axis, 2)];
         cross([origin[0], origin[1], origin[2]], [shear[0], shear[1]], shear[2], [corners(0), corners(1), corners(2)])
     }
@@ -203,6 +202,7 @@ fn exact_edges(x: [f32; 3], y: [f32; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::tri4::Tri4;
     use crate::simd::wide::Quad;
     use proptest::prelude::*;
 

@@ -23,7 +23,7 @@ use crate::scene::shapes::Shapes;
 use crate::system::MappedFile;
 
 /// Raised whenever the layout of a file changes, or the builder makes another tree from the same input.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 const MAGIC: [u8; 8] = *b"comber\r\n";
 /// Reads as another number on a machine of the other byte order.
@@ -56,7 +56,7 @@ pub struct Header {
     name: [u8; 256],
     /// [`describe`], cut to size: for people, as the key has all of it.
     options: [u8; 512],
-    unused: [u8; HEADER - 1072],
+    unused: [u8; HEADER - 1112],
     checksum: [u64; 2],
 }
 

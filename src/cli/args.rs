@@ -7,8 +7,8 @@ use super::reference::args::ReferenceArgs;
 use super::trade::args::TradeArgs;
 use super::values::{self, choice, whole};
 use crate::options::{
-    Accel, Area, Confidence, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat, Normals,
-    Precision, Quality, Roulette, Sampler, Simd, Tests, Trust,
+    Accel, Area, Confidence, Direct, Integrator, Intersection, LeafFormat, LightSampling, LightSelection, NodeFormat,
+    Normals, Precision, Quality, Roulette, Sampler, Simd, Tests, Trust,
 };
 use crate::scene::stage::{Stage, UpAxis};
 use crate::scene::viewpoint::CameraChoice;
@@ -453,6 +453,9 @@ pub struct AccelArgs {
     /// How the nodes of the BVH are stored [default: auto].
     #[arg(long, value_name = "FORMAT", value_parser = choice(NODE_FORMATS))]
     pub nodes: Option<NodeFormat>,
+    /// How the leaves of the BVH are stored [default: auto].
+    #[arg(long, value_name = "FORMAT", value_parser = choice(LEAF_FORMATS))]
+    pub leaves: Option<LeafFormat>,
     /// How rays are tested against triangles; the picture may change where triangles meet.
     #[arg(long, value_name = "TEST", default_value = "watertight", value_parser = choice(INTERSECTIONS))]
     pub intersection: Intersection,
@@ -592,6 +595,16 @@ pub(super) const NODE_FORMATS: &[(&str, &str, NodeFormat)] = &[
     ("auto", "compact where that makes boxes hardly larger, else full", NodeFormat::Auto),
     ("full", "128 bytes, planes in single precision", NodeFormat::Full),
     ("compact", "64 bytes, planes on a 16-bit grid around the scene", NodeFormat::Compact),
+];
+
+pub(super) const LEAF_FORMATS: &[(&str, &str, LeafFormat)] = &[
+    ("auto", "full; compact where only those fit in --memory-limit", LeafFormat::Auto),
+    ("full", "192 bytes a block: the corners of four triangles", LeafFormat::Full),
+    (
+        "compact",
+        "128 bytes: eight vertices that four triangles share; 0.7 of the tree's memory on scans",
+        LeafFormat::Compact,
+    ),
 ];
 
 pub(super) const INTERSECTIONS: &[(&str, &str, Intersection)] = &[

@@ -1,12 +1,13 @@
 //! Memory, predicted before it is taken.
 
 use super::resolve::SceneSource;
-use crate::bvh::{double_peak_bytes, peak_bytes};
+use crate::bvh::{double_peak_bytes, may_be_limited, peak_bytes};
 use crate::error::{Error, Result};
 use crate::measure::{memory, units};
-use crate::options::{AccelOptions, Precision};
+use crate::options::{AccelOptions, LeafFormat, Precision};
 use crate::scene::description::SceneDescription;
 use crate::scene::procedural;
+use crate::scene::shapes::Shapes;
 use glam::Vec3;
 use serde::Serialize;
 
@@ -90,16 +91,20 @@ pub fn preparing(description: &SceneDescription) -> u64 {
     if description.meshes.len() > 1 { 2 * (bytes.sum::<u64>() - largest) } else { 0 }
 }
 
-/// The tree to build: the one asked for, if there is memory for it. This is where a smaller format would be chosen.
-pub fn tree_that_fits(options: AccelOptions, primitives: usize, budget: &Budget) -> Result<(AccelOptions, Phase)> {
+/// The tree to build: the one asked for, if there is memory for it; else one with compact leaves, if that helps and leaves could be chosen.
+pub fn tree_that_fits(options: AccelOptions, shapes: &Shapes, budget: &Budget) -> Result<(AccelOptions, Phase)> {
+    let primitives = shapes.prim_count();
     let what = format!("building the tree over {} primitives", units::count(primitives as u64));
+    let smaller = AccelOptions { leaves: LeafFormat::Limited, ..options };
+    let fits = |options: &AccelOptions| budget.refusal(tree(options, primitives)).is_none();
+    let options = if may_be_limited(&options, shapes) && !fits(&options) && fits(&smaller) { smaller } else { options };
     Ok((options, budget.start(&what, tree(&options, primitives))?))
 }
 
 /// Bytes that building a tree takes at its peak.
 pub fn tree(options: &AccelOptions, primitives: usize) -> u64 {
     match options.precision {
-        Precision::F32 => peak_bytes(primitives, options.quality),
+        Precision::F32 => peak_bytes(primitives, options.quality, options.leaves == LeafFormat::Limited),
         Precision::F64 => double_peak_bytes(primitives),
     }
 }

@@ -37,11 +37,23 @@ fn as_json(request: &RenderRequest, loaded: &Loaded, plan: &Plan) -> Value {
         "scene": report::scene_json(loaded),
         "camera": loaded.camera,
         "bvh": loaded.accel.stats(),
+        "formats": formats(loaded),
         "plan": plan,
         "seconds": loaded.seconds,
         "tree": loaded.tree,
         "memory": report::memory_json(loaded),
         "notes": report::notes_json(&request.notes, loaded),
+    })
+}
+
+/// How nodes and leaves are stored, and why; `null` where there are none.
+fn formats(loaded: &Loaded) -> Value {
+    let [node_bytes, block_bytes] = loaded.accel.row_bytes();
+    let format =
+        |bytes: usize, format: Option<(&str, &str)>| format.map(|(_, why)| json!({"bytes": bytes, "why": why}));
+    json!({
+        "nodes": format(node_bytes, loaded.accel.node_format()),
+        "leaves": format(block_bytes, loaded.accel.leaf_format()),
     })
 }
 
@@ -128,6 +140,12 @@ pub fn accel(loaded: &Loaded) -> String {
     facts.add("primitives", units::count(stats.primitives as u64));
     facts.add("inner nodes", format!("{} in {} levels", units::count(stats.nodes as u64), stats.depth));
     facts.add("leaf blocks", units::count(stats.leaf_blocks as u64));
+    if let Some((bytes, why)) = loaded.accel.node_format() {
+        facts.add("a node", format!("{bytes}: {why}"));
+    }
+    if let Some((bytes, why)) = loaded.accel.leaf_format() {
+        facts.add("a leaf block", format!("{bytes}: {why}"));
+    }
     facts.add("SAH cost", format!("{:.2} nodes and blocks a ray that meets the scene's box", stats.sah_cost));
     let (bytes, each) = (units::bytes(stats.bytes as u64), stats.bytes_per_primitive);
     facts.add("memory", format!("{bytes}, {each:.1} B a primitive"));

@@ -9,8 +9,8 @@ use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
 use crate::options::{
-    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, LightSampling, LightSelection, NodeFormat,
-    Precision, RenderOptions, Sampler, Trust,
+    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, LeafFormat, LightSampling, LightSelection,
+    NodeFormat, Precision, RenderOptions, Sampler, Trust,
 };
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
@@ -283,7 +283,7 @@ impl BvhRequest {
 
 /// The acceleration structure that was asked for.
 pub fn accel(args: &AccelArgs) -> Result<AccelOptions> {
-    let AccelArgs { accel: kind, bvh, nodes, intersection, precision } = *args;
+    let AccelArgs { accel: kind, bvh, nodes, leaves, intersection, precision } = *args;
     if kind == Accel::Brute {
         if bvh.is_some() {
             return misuse("--bvh says how good a tree to build, but --accel brute builds none");
@@ -291,16 +291,33 @@ pub fn accel(args: &AccelArgs) -> Result<AccelOptions> {
         if nodes.is_some() {
             return misuse("--nodes says how the nodes of a tree are stored, but --accel brute builds none");
         }
+        if leaves.is_some() {
+            return misuse("--leaves says how the leaves of a tree are stored, but --accel brute builds none");
+        }
     }
     if (intersection, nodes) == (Intersection::Fast, Some(NodeFormat::Compact)) {
         return misuse("--nodes compact goes with --intersection watertight only");
     }
-    if precision == Precision::F64 && (bvh.is_some() || nodes.is_some()) {
-        let (option, what) = if bvh.is_some() { ("--bvh", "quality") } else { ("--nodes", "kind of nodes") };
-        return misuse(format!("{option} does not go with --precision f64, whose tree comes in one {what}"));
+    if leaves == Some(LeafFormat::Compact) {
+        if intersection == Intersection::Fast {
+            return misuse("--leaves compact goes with --intersection watertight only");
+        }
+        if nodes == Some(NodeFormat::Full) {
+            return misuse("--leaves compact does not go with --nodes full, but with compact nodes");
+        }
     }
-    let (quality, nodes) = (bvh.unwrap_or_default(), nodes.unwrap_or_default());
-    Ok(AccelOptions { kind, quality, nodes, intersection, precision })
+    if precision == Precision::F64 {
+        let chosen = [
+            ("--bvh", "quality", bvh.is_some()),
+            ("--nodes", "kind of nodes", nodes.is_some()),
+            ("--leaves", "kind of leaves", leaves.is_some()),
+        ];
+        if let Some((option, what, _)) = chosen.into_iter().find(|(_, _, is_given)| *is_given) {
+            return misuse(format!("{option} does not go with --precision f64, whose tree comes in one {what}"));
+        }
+    }
+    let (quality, nodes, leaves) = (bvh.unwrap_or_default(), nodes.unwrap_or_default(), leaves.unwrap_or_default());
+    Ok(AccelOptions { kind, quality, nodes, leaves, intersection, precision })
 }
 
 fn misuse<T>(what: impl Into<String>) -> Result<T> {

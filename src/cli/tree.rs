@@ -60,6 +60,14 @@ pub struct Wanted<'a> {
     pub report: ReportArgs,
 }
 
+/// What the cache has.
+enum Looked {
+    /// The tree.
+    Found(Box<(Accel, Origin)>),
+    /// Nothing of use: its name.
+    Not(Key),
+}
+
 /// Whether the four-wide tree is asked for: of all structures it alone has a file format, and tells how far its building has come.
 fn is_four_wide(options: &AccelOptions) -> bool {
     (options.kind, options.precision) == (options::Accel::Bvh, Precision::F32)
@@ -69,27 +77,47 @@ impl Wanted<'_> {
     /// Gets the tree. What goes wrong with the cache is a warning: the tree is then built, or not kept.
     pub fn get(&self) -> Result<(Accel, Origin)> {
         let mut seconds = TreeSeconds::default();
-        let Some(cache) = self.cache() else {
-            let (accel, memory) = self.build(Accel::build_watched, &mut seconds)?;
-            return Ok((accel, Origin { source: "built", file: None, seconds, memory: Some(memory) }));
-        };
+        let cache = self.cache();
+        let mut key = None;
+        if let Some(cache) = cache {
+            key = match self.look(cache, &self.options, &mut seconds)? {
+                Looked::Found(found) => return Ok(*found),
+                Looked::Not(key) => Some(key),
+            };
+        }
+        let budget = Budget { limit: self.storage.memory_limit };
+        let (options, memory) = budget::tree_that_fits(self.options, self.shapes, &budget)?;
+        if let Some(cache) = cache.filter(|_| options != self.options) {
+            key = match self.look(cache, &options, &mut seconds)? {
+                Looked::Found(found) => return Ok(*found),
+                Looked::Not(key) => Some(key),
+            };
+        }
+        // What is to be kept has to be of one part.
+        let build = if cache.is_some() { Accel::build_whole } else { Accel::build_watched };
+        let (accel, memory) = self.build(build, &options, memory, &mut seconds)?;
+        let file = cache.zip(key).and_then(|(cache, key)| self.keep(cache, key, &options, &accel, &mut seconds));
+        Ok((accel, Origin { source: "built", file, seconds, memory: Some(memory) }))
+    }
+
+    /// Looks for a tree of these options in the cache.
+    fn look(&self, cache: &Cache, options: &AccelOptions, seconds: &mut TreeSeconds) -> Result<Looked> {
         let show = !self.report.quiet;
-        let (key, hash) = phase("hashing", show, || Ok(Key::new(self.shapes, &self.options)))?;
-        let (found, load) = phase("loading the tree", show, || Ok(cache.load(key, self.shapes, &self.options)))?;
-        (seconds.hash, seconds.load) = (hash, load);
+        let (key, hash) = phase("hashing", show, || Ok(Key::new(self.shapes, options)))?;
+        let (found, load) = phase("loading the tree", show, || Ok(cache.load(key, self.shapes, options)))?;
+        seconds.hash += hash;
+        seconds.load += load;
         match found {
             Found::Tree(tree) => {
-                let origin = Origin { source: "cache", file: Some(cache.path(key)), seconds, memory: None };
-                return Ok((Accel::Bvh(*tree), origin));
+                let origin = Origin { source: "cache", file: Some(cache.path(key)), seconds: *seconds, memory: None };
+                return Ok(Looked::Found(Box::new((Accel::Bvh(*tree), origin))));
             }
             Found::Nothing => {}
             Found::Damaged(why) => {
                 complain(&format!("warning: {}: {why}; the tree is built anew", cache.path(key).display()));
             }
         }
-        let (accel, memory) = self.build(Accel::build_whole, &mut seconds)?;
-        let file = self.keep(cache, key, &accel, &mut seconds);
-        Ok((accel, Origin { source: "built", file, seconds, memory: Some(memory) }))
+        Ok(Looked::Not(key))
     }
 
     /// The cache, if it is meant for such a tree.
@@ -101,31 +129,37 @@ impl Wanted<'_> {
     fn build(
         &self,
         build: fn(&Shapes, &AccelOptions, Tell) -> Result<Accel>,
+        options: &AccelOptions,
+        memory: Phase,
         seconds: &mut TreeSeconds,
     ) -> Result<(Accel, Phase)> {
-        let budget = Budget { limit: self.storage.memory_limit };
-        let primitives = self.shapes.prim_count();
-        let (options, memory) = budget::tree_that_fits(self.options, primitives, &budget)?;
-        let needed = budget::tree(&options, primitives);
+        let needed = budget::tree(options, self.shapes.prim_count());
         if needed >= LARGE && !self.report.quiet {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
             complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));
         }
-        let progress = match is_four_wide(&options) {
+        let progress = match is_four_wide(options) {
             true => Progress::new("building", 1, !self.report.quiet),
             false => Progress::busy("building", !self.report.quiet),
         };
         let (accel, taken) =
-            timed(progress, |progress| build(self.shapes, &options, &|done, all| progress.set_of(done, all)))?;
+            timed(progress, |progress| build(self.shapes, options, &|done, all| progress.set_of(done, all)))?;
         seconds.build = taken;
         Ok((accel, memory.done()))
     }
 
-    fn keep(&self, cache: &Cache, key: Key, accel: &Accel, seconds: &mut TreeSeconds) -> Option<PathBuf> {
+    fn keep(
+        &self,
+        cache: &Cache,
+        key: Key,
+        options: &AccelOptions,
+        accel: &Accel,
+        seconds: &mut TreeSeconds,
+    ) -> Option<PathBuf> {
         let Accel::Bvh(tree) = accel else { return None };
         let start = Instant::now();
         let progress = Progress::new("saving", 1, !self.report.quiet);
-        let kept = cache.store(key, tree, self.name, &self.options, &|done, all| progress.set_of(done, all));
+        let kept = cache.store(key, tree, self.name, options, &|done, all| progress.set_of(done, all));
         progress.finish();
         seconds.save = start.elapsed().as_secs_f64();
         kept.inspect_err(|error| complain(&format!("warning: the tree is not kept: {error}"))).ok()

@@ -7,6 +7,7 @@
 use smallvec::SmallVec;
 
 use super::bvh2::{Binary, Node2, filled};
+use super::packing::Packing;
 use crate::bvh::child::MAX_LEAF_BLOCKS;
 
 /// Cost of visiting a wide node.
@@ -33,8 +34,10 @@ struct Choice {
 
 /// The plan of the four-wide tree.
 #[derive(Debug)]
-pub struct Collapse {
+pub struct Collapse<'a> {
     choices: Vec<Choice>,
+    /// How the primitives of leaves come in blocks.
+    pub packing: Packing<'a>,
 }
 
 /// A child of a wide node, as it stands in the binary tree.
@@ -46,12 +49,12 @@ pub struct Part {
     pub first: u32,
 }
 
-impl Collapse {
+impl<'a> Collapse<'a> {
     /// Plans. `triangles`: primitives below this are triangles; `scale` keeps areas finite.
-    pub fn plan(binary: &Binary, triangles: u32, scale: f32) -> Collapse {
+    pub fn plan(binary: &Binary, triangles: u32, scale: f32, packing: Packing<'a>) -> Collapse<'a> {
         let mut choices = filled(Choice::default(), binary.nodes.len());
-        Planner { triangles, scale }.plan(&binary.nodes, &binary.order, &mut choices);
-        Collapse { choices }
+        Planner { triangles, scale, packing }.plan(&binary.nodes, &binary.order, &mut choices);
+        Collapse { choices, packing }
     }
 
     /// Whether the subtree is one leaf; otherwise it is a wide node.
@@ -110,12 +113,13 @@ impl Collapse {
 const PARALLEL: usize = 1 << 13;
 
 /// What all subtrees share.
-struct Planner {
+struct Planner<'a> {
     triangles: u32,
     scale: f32,
+    packing: Packing<'a>,
 }
 
-impl Planner {
+impl Planner<'_> {
     /// Plans a subtree, bottom-up.
     fn plan(&self, nodes: &[Node2], order: &[u32], choices: &mut [Choice]) {
         match nodes[0].children(0) {
@@ -127,7 +131,7 @@ impl Planner {
                     || self.plan(&nodes[1..right], order_left, choices_left),
                     || self.plan(&nodes[right..], order_right, choices_right),
                 );
-                own[0] = self.inner(&nodes[0], &choices_left[0], &choices_right[0]);
+                own[0] = self.inner(&nodes[0], order, &choices_left[0], &choices_right[0]);
             }
             _ => {
                 // Children follow their parents, so backwards is bottom-up, and leaves come in falling order of
@@ -135,10 +139,10 @@ impl Planner {
                 let mut end = order.len();
                 for (index, node) in nodes.iter().enumerate().rev() {
                     choices[index] = match node.children(index) {
-                        Some((left, right)) => self.inner(node, &choices[left], &choices[right]),
+                        Some((left, right)) => self.inner(node, &order[end..], &choices[left], &choices[right]),
                         None => {
                             end -= node.count as usize;
-                            self.leaf(node, order[end])
+                            self.leaf(node, &order[end..])
                         }
                     };
                 }
@@ -146,26 +150,34 @@ impl Planner {
         }
     }
 
-    /// `first`: one of its primitives.
-    fn leaf(&self, node: &Node2, first: u32) -> Choice {
-        let cost = node.aabb().half_area(self.scale) * node.count.div_ceil(4) as f32 * BLOCK_COST;
-        let kinds = if first < self.triangles { 1 } else { 2 };
+    /// `order` begins with its primitives.
+    fn leaf(&self, node: &Node2, order: &[u32]) -> Choice {
+        let blocks = self.packing.blocks(&order[..node.count as usize]);
+        let cost = node.aabb().half_area(self.scale) * blocks as f32 * BLOCK_COST;
+        let kinds = if order[0] < self.triangles { 1 } else { 2 };
         Choice { cost: [cost; 3], leaf: true, kinds, ..Choice::default() }
     }
 
+    /// `order` begins with its primitives.
     #[inline(always)]
-    fn inner(&self, node: &Node2, left: &Choice, right: &Choice) -> Choice {
+    fn inner(&self, node: &Node2, order: &[u32], left: &Choice, right: &Choice) -> Choice {
         let area = node.aabb().half_area(self.scale);
-        let blocks = node.count.div_ceil(4);
-        let leaf_cost = area * blocks as f32 * BLOCK_COST;
+        let leaf_cost = |blocks: u32| area * blocks as f32 * BLOCK_COST;
         let (four, inner_left) = distribute(left, right, 4);
         let (three, left_of_three) = distribute(left, right, 3);
         let two = left.cost[0] + right.cost[0];
         let kinds = left.kinds | right.kinds;
         let inner_cost = area * NODE_COST + four;
-        let leaf = blocks <= MOST_BLOCKS && kinds != 3 && leaf_cost <= inner_cost;
+        // As few blocks as there may be first: counting them takes a while, and they are few nodes that this lets through.
+        let may_be_leaf = |blocks: u32| blocks <= MOST_BLOCKS && kinds != 3 && leaf_cost(blocks) <= inner_cost;
+        let mut blocks = node.count.div_ceil(4);
+        let mut leaf = may_be_leaf(blocks);
+        if leaf {
+            blocks = self.packing.blocks(&order[..node.count as usize]);
+            leaf = may_be_leaf(blocks);
+        }
         let mut choice = Choice {
-            cost: [if leaf { leaf_cost } else { inner_cost }; 3],
+            cost: [if leaf { leaf_cost(blocks) } else { inner_cost }; 3],
             inner_left,
             leaf,
             kinds,

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::bvh2::Node2;
+use super::bvh2::Binary;
 use super::collapse::{Collapse, Part};
 use crate::bvh::aabb::Aabb;
 use crate::bvh::child::Child;
 use crate::bvh::node4::Node4;
+use crate::bvh::shared_tri4::SharedTri4;
 use crate::bvh::sphere4::Sphere4;
 use crate::bvh::tri4::Tri4;
 use crate::scene::shapes::Shapes;
@@ -47,21 +48,21 @@ enum Small {
 
 impl Skeleton {
     /// Lays out nodes and leaves: small subtrees in parallel, and then what is above them.
-    pub fn new(nodes: &[Node2], plan: &Collapse) -> Skeleton {
+    pub fn new(binary: &Binary, plan: &Collapse) -> Skeleton {
         let root = Part { node: 0, first: 0 };
-        let pieces = match Skeleton::of(nodes, plan, root, Small::Note(Vec::new())).1 {
+        let pieces = match Skeleton::of(binary, plan, root, Small::Note(Vec::new())).1 {
             Small::Note(parts) => {
-                parts.into_par_iter().map(|part| Skeleton::of(nodes, plan, part, Small::Emit).0).collect()
+                parts.into_par_iter().map(|part| Skeleton::of(binary, plan, part, Small::Emit).0).collect()
             }
             _ => Vec::new(),
         };
-        Skeleton::of(nodes, plan, root, Small::Take(pieces.into_iter())).0
+        Skeleton::of(binary, plan, root, Small::Take(pieces.into_iter())).0
     }
 
     /// Lays out a subtree on this thread.
-    fn of(nodes: &[Node2], plan: &Collapse, part: Part, mut small: Small) -> (Skeleton, Small) {
+    fn of(binary: &Binary, plan: &Collapse, part: Part, mut small: Small) -> (Skeleton, Small) {
         let mut skeleton = Skeleton::default();
-        skeleton.emit(nodes, plan, part, 1, &mut small);
+        skeleton.emit(binary, plan, part, 1, &mut small);
         (skeleton, small)
     }
 
@@ -82,7 +83,8 @@ impl Skeleton {
     }
 
     /// Recursion is as deep as the tree, and so bounded.
-    fn emit(&mut self, nodes: &[Node2], plan: &Collapse, part: Part, depth: u32, small: &mut Small) -> Child {
+    fn emit(&mut self, binary: &Binary, plan: &Collapse, part: Part, depth: u32, small: &mut Small) -> Child {
+        let nodes = &binary.nodes[..];
         if nodes[part.node].count <= PIECE {
             match small {
                 Small::Emit => {}
@@ -110,9 +112,9 @@ impl Skeleton {
                 let leaf = plan.is_leaf(part.node);
                 if leaf == leaves {
                     let child = if leaf {
-                        self.leaf(nodes, plan, *part)
+                        self.leaf(binary, plan, *part)
                     } else {
-                        self.emit(nodes, plan, *part, depth + 1, small)
+                        self.emit(binary, plan, *part, depth + 1, small)
                     };
                     *slot = (child, nodes[part.node].aabb());
                 }
@@ -122,13 +124,16 @@ impl Skeleton {
         Child::inner(index as u32)
     }
 
-    fn leaf(&mut self, nodes: &[Node2], plan: &Collapse, part: Part) -> Child {
+    fn leaf(&mut self, binary: &Binary, plan: &Collapse, part: Part) -> Child {
         let spheres = plan.has_spheres(part.node);
         let blocks = if spheres { &mut self.spheres } else { &mut self.triangles };
         let first_block = blocks.len();
-        let end = part.first + nodes[part.node].count;
-        for first in (part.first..end).step_by(4) {
-            blocks.push(Block { first, count: (end - first).min(4) });
+        let end = part.first + binary.nodes[part.node].count;
+        let mut first = part.first;
+        while first < end {
+            let count = plan.packing.first_block(&binary.order[first as usize..end as usize]) as u32;
+            blocks.push(Block { first, count });
+            first += count;
         }
         Child::leaf(first_block as u32, (blocks.len() - first_block) as u32, spheres)
     }
@@ -142,6 +147,13 @@ pub fn triangle_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Buff
             tri4.set(lane, shapes.corners(prim), prim, shapes.geometry_of(prim));
         }
         tri4
+    }))
+}
+
+/// As [`triangle_blocks`], of compact ones: they were packed for them.
+pub fn shared_blocks(blocks: &[Block], order: &[u32], shapes: &Shapes) -> Buffer<SharedTri4> {
+    Buffer::from_par_iter(blocks.par_iter().map(|block| {
+        SharedTri4::new(block.prims(order).iter().map(|&prim| (prim, shapes.geometry_of(prim), shapes.corners(prim))))
     }))
 }
 
@@ -166,14 +178,15 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::build::packing::Packing;
     use crate::bvh::build::tests::random_tree;
 
     #[test]
     fn pieces_give_what_one_thread_would() {
         let (binary, triangles) = random_tree(100_000);
-        let plan = Collapse::plan(&binary, triangles, 1.0);
-        let pieces = Skeleton::new(&binary.nodes, &plan);
-        let whole = Skeleton::of(&binary.nodes, &plan, Part { node: 0, first: 0 }, Small::Emit).0;
+        let plan = Collapse::plan(&binary, triangles, 1.0, Packing::Fours);
+        let pieces = Skeleton::new(&binary, &plan);
+        let whole = Skeleton::of(&binary, &plan, Part { node: 0, first: 0 }, Small::Emit).0;
         assert_eq!(pieces.nodes, whole.nodes);
         assert_eq!((pieces.triangles, pieces.spheres), (whole.triangles, whole.spheres));
         assert_eq!(pieces.depth, whole.depth);

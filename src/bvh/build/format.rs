@@ -1,20 +1,58 @@
-//! Which format the nodes get.
+//! Which formats the nodes and the leaves get.
 
 use rayon::prelude::*;
 
 use super::collapse::{BLOCK_COST, NODE_COST};
 use crate::bvh::aabb::Aabb;
-use crate::bvh::bvh4::Nodes;
 use crate::bvh::child::Child;
 use crate::bvh::grid_node4::{Grid, GridNode4};
 use crate::bvh::node::Node;
 use crate::bvh::node4::Node4;
 use crate::error::{Error, Result};
-use crate::options::{AccelOptions, Intersection, NodeFormat};
+use crate::options::{Accel, AccelOptions, Intersection, LeafFormat, NodeFormat, Precision};
+use crate::scene::shapes::Shapes;
 use crate::system::Buffer;
 
 /// Most that the grid may add to the cost of the tree, by making boxes larger, before full nodes are preferred.
 const MOST_GROWTH: f64 = 1.03;
+
+/// Nodes in one of their formats.
+pub enum Nodes {
+    /// Planes in single precision.
+    Full(Buffer<Node4>),
+    /// Planes on a grid.
+    Grid(Buffer<GridNode4>, Grid),
+}
+
+/// Whether leaves are to be compact, and why.
+pub fn leaves(options: &AccelOptions) -> Result<(bool, &'static str)> {
+    let impossible = match (options.intersection, options.nodes) {
+        (Intersection::Fast, _) => Some("the fast test needs full ones"),
+        (_, NodeFormat::Full) => Some("full leaves go with full nodes"),
+        _ => None,
+    };
+    match (options.leaves, impossible) {
+        (LeafFormat::Full, _) => Ok((false, "full leaves were asked for")),
+        (LeafFormat::Auto, Some(why)) => Ok((false, why)),
+        (_, Some(why)) => Err(Error::Options(format!("--leaves compact: {why}"))),
+        (LeafFormat::Compact, None) => Ok((true, "compact leaves were asked for")),
+        (LeafFormat::Limited, None) => Ok((true, "full leaves would not fit in the memory that there is")),
+        (LeafFormat::Auto, None) => Ok((false, "there is memory for full leaves, which take fewer instructions")),
+    }
+}
+
+/// Whether leaves that were left to choose may be compact to save memory.
+pub fn may_be_limited(options: &AccelOptions, shapes: &Shapes) -> bool {
+    let is_free = options.leaves == LeafFormat::Auto && options.nodes != NodeFormat::Full;
+    let is_tree = (options.kind, options.precision) == (Accel::Bvh, Precision::F32);
+    is_free && is_tree && options.intersection == Intersection::Watertight && is_connected(shapes)
+}
+
+/// Whether neighbours share corners, so that most compact blocks will be full: a closed mesh has half as many vertices as triangles, and
+/// one of pairs that share an edge has two.
+fn is_connected(shapes: &Shapes) -> bool {
+    shapes.positions.len() <= shapes.triangles.len() / 4 * 3
+}
 
 /// The nodes in the format asked for, and the SAH cost of the tree as it then is. `scale` keeps areas finite.
 ///
@@ -24,6 +62,7 @@ const MOST_GROWTH: f64 = 1.03;
 /// of its visits, and so on the last bit of every box test: with compact nodes that bit differs between instruction sets.
 pub fn store(full: &[Node4], options: &AccelOptions, scene: &Aabb, scale: f32) -> Result<(Nodes, f64)> {
     let cost = sah_cost(full, &(), scale);
+    let compact_leaves = options.leaves.is_compact();
     let format = match (options.intersection, options.nodes) {
         (Intersection::Fast, NodeFormat::Compact) => {
             return Err(Error::Options(
@@ -32,6 +71,7 @@ pub fn store(full: &[Node4], options: &AccelOptions, scene: &Aabb, scale: f32) -
             ));
         }
         (Intersection::Fast, _) => NodeFormat::Full,
+        (Intersection::Watertight, NodeFormat::Auto) if compact_leaves => NodeFormat::Compact,
         (Intersection::Watertight, format) => format,
     };
     if format != NodeFormat::Full {
@@ -40,6 +80,11 @@ pub fn store(full: &[Node4], options: &AccelOptions, scene: &Aabb, scale: f32) -
             if format == NodeFormat::Compact || grown <= cost * MOST_GROWTH {
                 return Ok((Nodes::Grid(nodes, grid), grown));
             }
+        } else if compact_leaves {
+            return Err(Error::Options(
+                "the size of this scene does not suit compact nodes, which compact leaves need: use --leaves full"
+                    .into(),
+            ));
         } else if format == NodeFormat::Compact {
             return Err(Error::Options(
                 "the size of this scene does not suit compact nodes: use --nodes auto or --nodes full".into(),

@@ -21,11 +21,12 @@ mod bvh2;
 mod collapse;
 mod course;
 mod emit;
-mod format;
+pub(super) mod format;
 mod fragment;
 mod linked;
 mod memory;
 mod morton;
+mod packing;
 mod partition;
 mod reinsertion;
 #[cfg(test)]
@@ -42,10 +43,11 @@ pub use memory::peak_bytes;
 
 use super::Bvh4;
 use super::aabb::Aabb;
+use super::bvh4::Tables;
 use super::child::Child;
 use super::stats::{BvhStats, PhaseSeconds};
 use crate::error::{Error, Result};
-use crate::options::{AccelOptions, Quality, Simd};
+use crate::options::{AccelOptions, LeafFormat, Quality, Simd};
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
 use bvh2::Binary;
@@ -53,8 +55,10 @@ use collapse::Collapse;
 pub use course::Tell;
 use course::{Course, Step};
 use emit::Skeleton;
+use format::Nodes;
 use fragment::Fragment;
 use morton::Curve;
+use packing::Packing;
 use top_down::TopDown;
 
 impl Bvh4 {
@@ -98,11 +102,12 @@ impl Bvh4 {
             }
             .run()?,
         };
+        let [nodes, triangle_blocks] = bvh.tables.lens();
         bvh.stats = BvhStats {
             quality: Some(options.quality),
             primitives: count,
-            nodes: bvh.nodes.len(),
-            leaf_blocks: bvh.triangles.len() + bvh.spheres.len(),
+            nodes,
+            leaf_blocks: triangle_blocks + bvh.spheres.len(),
             bytes: bvh.bytes(),
             bytes_per_primitive: bvh.bytes() as f64 / count.max(1) as f64,
             build_seconds: start.elapsed().as_secs_f64(),
@@ -132,21 +137,34 @@ struct Build<'a> {
 
 impl Build<'_> {
     fn run(mut self) -> Result<Bvh4> {
+        let (compact, why) = format::leaves(&self.options)?;
         let binary = self.binary();
-        let plan = Collapse::plan(&binary, self.shapes.triangles.len() as u32, self.scale);
+        let packing = if compact { Packing::Shared(self.shapes) } else { Packing::Fours };
+        let plan = Collapse::plan(&binary, self.shapes.triangles.len() as u32, self.scale, packing);
         self.phases.collapse = self.clock.lap();
         self.course.add_all(Step::Collapse);
-        let mut skeleton = Skeleton::new(&binary.nodes, &plan);
+        let mut skeleton = Skeleton::new(&binary, &plan);
         let order = binary.order;
         drop((binary.nodes, plan));
+        if self.options.leaves == LeafFormat::Limited {
+            memory::check_compact_blocks(skeleton.triangles.len(), self.shapes.triangles.len())?;
+        }
         // Before the leaves, which then take the memory that full nodes give back.
         let full = std::mem::take(&mut skeleton.nodes);
         let (nodes, sah_cost) = format::store(&full, &self.options, &self.scene, self.scale)?;
         drop(full);
         self.course.add_parts(Step::Emit, 0..1, 2);
+        let triangles = || emit::triangle_blocks(&skeleton.triangles, &order, self.shapes);
+        let tables = match nodes {
+            Nodes::Full(nodes) => Tables::Full(nodes, triangles()),
+            Nodes::Grid(nodes, grid) if compact => {
+                Tables::Compact(nodes, grid, emit::shared_blocks(&skeleton.triangles, &order, self.shapes))
+            }
+            Nodes::Grid(nodes, grid) => Tables::Grid(nodes, grid, triangles()),
+        };
         let mut bvh = Bvh4 {
-            nodes,
-            triangles: emit::triangle_blocks(&skeleton.triangles, &order, self.shapes),
+            leaves_why: why,
+            tables,
             spheres: emit::sphere_blocks(&skeleton.spheres, &order, self.shapes),
             bounds: self.bounds,
             intersection: self.options.intersection,

@@ -4,6 +4,7 @@ use super::leaf::{count_block, count_node, count_vectors, hits_spheres, hits_tri
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use super::{Tree, child_of};
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::columns::TraversalCounts;
 use crate::bvh::intersect::Intersect;
@@ -13,7 +14,7 @@ use crate::bvh::ray::Ray;
 /// Traverses the largest child first, as the nodes store them; distances need no sorting.
 #[inline(always)]
 pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     ray: &Ray,
     stack: &mut Stack,
     counts: &mut TraversalCounts,
@@ -57,7 +58,7 @@ pub fn any_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim, 1);
+                    count_block(counts, block.prims(), 1);
                     count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 if hits_triangles::<I>(&prepared, block, ray.t_min.max(0.0), t_max) {

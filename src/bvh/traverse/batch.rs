@@ -1,7 +1,8 @@
-//! A batch of rays on its way to a kernel: node format, triangle test, instruction set, and whether there are spheres are
+//! A batch of rays on its way to a kernel: formats of nodes and of leaves, triangle test, instruction set, and whether there are spheres are
 //! chosen here, once.
 
 use super::{Traversal, Tree, TreeKernel, list, packet, single, wave};
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::columns::{HitColumnsMut, RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
@@ -37,20 +38,20 @@ pub struct Batch<'a> {
 impl TreeKernel for Batch<'_> {
     type Output = TraversalCounts;
 
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> TraversalCounts {
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> TraversalCounts {
         // Counting costs a little, and so does looking out for spheres.
         match (self.count, tree.spheres.is_empty()) {
-            (false, true) => self.trace::<N, I, false, false>(tree),
-            (false, false) => self.trace::<N, I, true, false>(tree),
-            (true, _) => self.trace::<N, I, true, true>(tree),
+            (false, true) => self.trace::<N, B, I, false, false>(tree),
+            (false, false) => self.trace::<N, B, I, true, false>(tree),
+            (true, _) => self.trace::<N, B, I, true, true>(tree),
         }
     }
 }
 
 impl Batch<'_> {
-    fn trace<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
+    fn trace<N: Node, B: TriangleBlock, I: Intersect, const SPHERES: bool, const COUNT: bool>(
         self,
-        tree: Tree<'_, N>,
+        tree: Tree<'_, N, B>,
     ) -> TraversalCounts {
         let Batch { way, tier, rays, results, .. } = self;
         let rays = rays.trimmed();
@@ -58,20 +59,20 @@ impl Batch<'_> {
             Results::Closest(hits) => {
                 let mut hits = hits.trimmed(rays.len());
                 let finish = |row, hit| hits.set(row, hit);
-                Ask::<N, I, _, false, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
+                Ask::<N, B, I, _, false, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
             }
             Results::Any(occluded) => {
                 let occluded = &mut occluded[..rays.len()];
                 let finish = |row: usize, hit: Hit| occluded[row] = hit.is_some();
-                Ask::<N, I, _, true, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
+                Ask::<N, B, I, _, true, SPHERES, COUNT> { tree, rays, finish, test: PhantomData }.run(way, tier)
             }
         }
     }
 }
 
 /// A batch with all but its way and its instruction set chosen. `finish` takes the row and the hit of each ray.
-struct Ask<'a, N: Node, I, F, const ANY: bool, const SPHERES: bool, const COUNT: bool> {
-    tree: Tree<'a, N>,
+struct Ask<'a, N: Node, B, I, F, const ANY: bool, const SPHERES: bool, const COUNT: bool> {
+    tree: Tree<'a, N, B>,
     rays: RayColumns<'a>,
     finish: F,
     test: PhantomData<I>,
@@ -83,8 +84,15 @@ struct InFlight<A>(A);
 struct Packet<A>(A);
 struct List<A>(A);
 
-impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool>
-    Ask<'_, N, I, F, ANY, SPHERES, COUNT>
+impl<
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    F: FnMut(usize, Hit),
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+> Ask<'_, N, B, I, F, ANY, SPHERES, COUNT>
 {
     fn run(self, way: Traversal, tier: Tier) -> TraversalCounts {
         match way {
@@ -96,8 +104,15 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
     }
 }
 
-impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> Kernel
-    for Single<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+impl<
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    F: FnMut(usize, Hit),
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+> Kernel for Single<Ask<'_, N, B, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 
@@ -108,20 +123,34 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
     }
 }
 
-impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
-    for InFlight<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+impl<
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    F: FnMut(usize, Hit),
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+> WideKernel for InFlight<Ask<'_, N, B, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 
     #[inline(always)]
     fn run<W: Wide>(self, wide: W) -> TraversalCounts {
         let Ask { tree, rays, finish, .. } = self.0;
-        wave::trace::<W, N, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
+        wave::trace::<W, N, B, I, ANY, SPHERES, COUNT>(wide, &tree, rays, finish)
     }
 }
 
-impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
-    for Packet<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+impl<
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    F: FnMut(usize, Hit),
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+> WideKernel for Packet<Ask<'_, N, B, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 
@@ -132,8 +161,15 @@ impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES
     }
 }
 
-impl<N: Node, I: Intersect, F: FnMut(usize, Hit), const ANY: bool, const SPHERES: bool, const COUNT: bool> WideKernel
-    for List<Ask<'_, N, I, F, ANY, SPHERES, COUNT>>
+impl<
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    F: FnMut(usize, Hit),
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+> WideKernel for List<Ask<'_, N, B, I, F, ANY, SPHERES, COUNT>>
 {
     type Output = TraversalCounts;
 

@@ -7,6 +7,7 @@ use super::leaf::{count_block, count_node, count_vectors, test_spheres, test_tri
 use super::slab::SlabRay;
 use super::stack::{Entry, Stack};
 use super::{Tree, child_of};
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
@@ -17,7 +18,7 @@ use crate::bvh::ray::{Hit, Ray};
 /// Traverses nearest child first. `SPHERES`: the tree holds some. `COUNT`: fill in `counts`.
 #[inline(always)]
 pub fn closest_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     ray: &Ray,
     stack: &mut Stack,
     counts: &mut TraversalCounts,
@@ -54,7 +55,7 @@ pub fn closest_hit<N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim, 1);
+                    count_block(counts, block.prims(), 1);
                     count_vectors(&mut counts.primitive_lanes, 1, 1);
                 }
                 test_triangles::<I>(&mut prepared, block, &mut closest);

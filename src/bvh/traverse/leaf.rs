@@ -1,5 +1,6 @@
 //! The blocks of a leaf against one ray.
 
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::closest::Closest;
 use crate::bvh::columns::TraversalCounts;
@@ -8,13 +9,16 @@ use crate::bvh::node::Node;
 use crate::bvh::ray::{Hit, MISS, Ray};
 use crate::bvh::sphere;
 use crate::bvh::sphere4::Sphere4;
-use crate::bvh::tri4::Tri4;
 use crate::measure::lanes::Lanes;
 use crate::simd::wide::{Quad, Wide, Words};
 
 /// Calls `hit` with the lanes of a block of triangles that the ray crosses, until it answers true, and tells whether it did.
 #[inline(always)]
-fn crossings<I: Intersect>(ray: &[Words; 2], block: &Tri4, mut hit: impl FnMut(usize, Crossing) -> bool) -> bool {
+fn crossings<I: Intersect>(
+    ray: &[Words; 2],
+    block: &impl TriangleBlock,
+    mut hit: impl FnMut(usize, Crossing) -> bool,
+) -> bool {
     let mut rest = Quad.bits(I::candidates(Quad, |_| ray, |_| block));
     while rest != 0 {
         // The mask spares a bounds check.
@@ -29,9 +33,9 @@ fn crossings<I: Intersect>(ray: &[Words; 2], block: &Tri4, mut hit: impl FnMut(u
 
 /// Offers the hits of a ray in a block of triangles.
 #[inline(always)]
-pub fn test_triangles<I: Intersect>(ray: &mut [Words; 2], block: &Tri4, closest: &mut Closest) {
+pub fn test_triangles<I: Intersect>(ray: &mut [Words; 2], block: &impl TriangleBlock, closest: &mut Closest) {
     crossings::<I>(ray, block, |lane, Crossing { t, u, v }| {
-        closest.offer(Hit { t, u, v, prim: block.prim[lane], geom: block.geom[lane] });
+        closest.offer(Hit { t, u, v, prim: block.prims()[lane], geom: block.geom(lane) });
         false
     });
     ray[1][3] = closest.t_max().to_bits();
@@ -39,7 +43,7 @@ pub fn test_triangles<I: Intersect>(ray: &mut [Words; 2], block: &Tri4, closest:
 
 /// Whether a ray hits a block of triangles up to `t_max`.
 #[inline(always)]
-pub fn hits_triangles<I: Intersect>(ray: &[Words; 2], block: &Tri4, t_min: f32, t_max: f32) -> bool {
+pub fn hits_triangles<I: Intersect>(ray: &[Words; 2], block: &impl TriangleBlock, t_min: f32, t_max: f32) -> bool {
     crossings::<I>(ray, block, |_, crossing| crossing.t > t_min && crossing.t <= t_max)
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The ways through the tree give the same hits: one ray after another ([`closest_hit`], [`any_hit`]), many in flight at
 //! once ([`wave`]), neighbours together ([`packet`]), and, where there is little to hit, all with everything ([`list`]). Which is faster depends on the tree and on the rays:
-//! [`Traversal`]. Each is generic over the format of the nodes ([`crate::bvh::node::Node`]) and over the triangle test
-//! ([`crate::bvh::intersect::Intersect`]).
+//! [`Traversal`]. Each is generic over the formats of nodes ([`crate::bvh::node::Node`]) and leaves ([`crate::bvh::block::TriangleBlock`]), and over
+//! the triangle test ([`crate::bvh::intersect::Intersect`]).
 
 mod any_hit;
 mod batch;
@@ -20,7 +20,8 @@ mod wave;
 
 use super::Bvh4;
 use super::aabb::Aabb;
-use super::bvh4::Nodes;
+use super::block::TriangleBlock;
+use super::bvh4::Tables;
 use super::child::Child;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 use super::intersect::Intersect;
@@ -28,7 +29,6 @@ use super::moller_trumbore::MollerTrumbore;
 use super::node::Node;
 use super::ray::{Hit, Ray};
 use super::sphere4::Sphere4;
-use super::tri4::Tri4;
 use super::watertight::Watertight;
 use crate::options::Intersection;
 use crate::simd::Tier;
@@ -38,18 +38,18 @@ pub use stack::Stack;
 
 /// A tree as kernels see it.
 #[derive(Clone, Copy, Debug)]
-pub struct Tree<'a, N: Node> {
+pub struct Tree<'a, N: Node, B> {
     /// The root first.
     pub nodes: &'a [N],
     /// What all nodes share.
     pub frame: N::Frame,
     /// Leaf blocks of triangles.
-    pub triangles: &'a [Tri4],
+    pub triangles: &'a [B],
     /// Leaf blocks of spheres.
     pub spheres: &'a [Sphere4],
 }
 
-impl<N: Node> Tree<'_, N> {
+impl<N: Node, B> Tree<'_, N, B> {
     /// The children of a node and their boxes.
     pub fn children(&self, node: usize) -> impl Iterator<Item = (Child, Aabb)> {
         let node = &self.nodes[node];
@@ -64,12 +64,12 @@ pub(super) fn child_of<N: Node>(node: &N, lane: usize) -> Child {
     Child::from_bits(node.children()[lane & 3])
 }
 
-/// Work on a tree, whatever its nodes and its triangle test.
+/// Work on a tree, whatever its nodes, its leaves and its triangle test.
 pub trait TreeKernel {
     /// What it gives back.
     type Output;
     /// The work.
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Self::Output;
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> Self::Output;
 }
 
 /// How a batch goes through the tree. The hits do not depend on it.
@@ -129,7 +129,7 @@ impl Bvh4 {
     pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
         let stats = self.stats();
         let small = stats.nodes <= PACKET_NODES[usize::from(query == Query::Any)];
-        if self.triangles.len() + self.spheres.len() <= LIST_BLOCKS {
+        if stats.leaf_blocks <= LIST_BLOCKS {
             Traversal::List
         } else if small || (coherent && stats.bytes < PACKET_BYTES) {
             Traversal::Packet
@@ -138,20 +138,29 @@ impl Bvh4 {
         }
     }
 
-    /// Runs `kernel` on the tree as it is. There is no fast test on a grid, whose trees would have to be full: a quarter fewer kernels to
-    /// compile.
+    /// Runs `kernel` on the tree as it is. There is no fast test on a grid, whose trees would have to be full, and compact leaves go with
+    /// a grid alone: half as many kernels to compile.
     #[inline(always)]
     pub fn with_tree<K: TreeKernel>(&self, kernel: K) -> K::Output {
-        match (&self.nodes, self.intersection) {
-            (Nodes::Grid(nodes, grid), _) => kernel.run::<_, Watertight>(self.tree(nodes, *grid)),
-            (Nodes::Full(nodes), Intersection::Watertight) => kernel.run::<_, Watertight>(self.tree(nodes, ())),
-            (Nodes::Full(nodes), Intersection::Fast) => kernel.run::<_, MollerTrumbore>(self.tree(nodes, ())),
+        match (&self.tables, self.intersection) {
+            (Tables::Full(nodes, triangles), Intersection::Watertight) => {
+                kernel.run::<_, _, Watertight>(self.tree(nodes, (), triangles))
+            }
+            (Tables::Full(nodes, triangles), Intersection::Fast) => {
+                kernel.run::<_, _, MollerTrumbore>(self.tree(nodes, (), triangles))
+            }
+            (Tables::Grid(nodes, grid, triangles), _) => {
+                kernel.run::<_, _, Watertight>(self.tree(nodes, *grid, triangles))
+            }
+            (Tables::Compact(nodes, grid, triangles), _) => {
+                kernel.run::<_, _, Watertight>(self.tree(nodes, *grid, triangles))
+            }
         }
     }
 
     #[inline(always)]
-    fn tree<'a, N: Node>(&'a self, nodes: &'a [N], frame: N::Frame) -> Tree<'a, N> {
-        Tree { nodes, frame, triangles: &self.triangles, spheres: &self.spheres }
+    fn tree<'a, N: Node, B>(&'a self, nodes: &'a [N], frame: N::Frame, triangles: &'a [B]) -> Tree<'a, N, B> {
+        Tree { nodes, frame, triangles, spheres: &self.spheres }
     }
 
     /// The closest hit of each ray. Counts rays, and what was visited if `count`.

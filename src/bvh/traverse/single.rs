@@ -5,6 +5,7 @@ use super::any_hit::any_hit;
 use super::closest_hit::closest_hit;
 use super::stack::Stack;
 use super::{Tree, TreeKernel};
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
@@ -13,7 +14,7 @@ use crate::bvh::ray::{Hit, Ray};
 /// Traces all rays, and calls `finish` with the row and the hit of each. For the const parameters see [`trace_one`].
 #[inline(always)]
 pub fn trace<N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     rays: RayColumns<'_>,
     mut finish: impl FnMut(usize, Hit),
 ) -> TraversalCounts {
@@ -29,7 +30,7 @@ pub fn trace<N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const 
 /// `counts`.
 #[inline(always)]
 pub fn trace_one<N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     ray: &Ray,
     stack: &mut Stack,
     counts: &mut TraversalCounts,
@@ -47,7 +48,7 @@ pub fn trace_one<N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, co
 #[cold]
 #[inline(never)]
 pub fn alone<N: Node, I: Intersect, const ANY: bool, const COUNT: bool>(
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     ray: &Ray,
     counts: &mut TraversalCounts,
 ) -> Hit {
@@ -64,7 +65,7 @@ impl<const ANY: bool> TreeKernel for OneRay<'_, ANY> {
     type Output = Hit;
 
     #[inline(always)]
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> Hit {
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> Hit {
         let mut counts = TraversalCounts::default();
         if tree.spheres.is_empty() {
             trace_one::<N, I, ANY, false, false>(&tree, self.ray, self.stack, &mut counts)
@@ -83,7 +84,7 @@ pub struct Visits<'a, const ANY: bool> {
 impl<const ANY: bool> TreeKernel for Visits<'_, ANY> {
     type Output = TraversalCounts;
 
-    fn run<N: Node, I: Intersect>(self, tree: Tree<'_, N>) -> TraversalCounts {
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> TraversalCounts {
         let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
         trace_one::<N, I, ANY, true, true>(&tree, self.ray, self.stack, &mut counts);
         counts

@@ -229,4 +229,46 @@ impl Wide for Avx2 {
     fn permuted(self, lanes: __m256, by: __m256) -> __m256 {
         unsafe { _mm256_permutevar_ps(lanes, _mm256_castps_si256(by)) }
     }
+
+    #[inline(always)]
+    fn bytes(self, quads: __m256) -> [__m256; 3] {
+        unsafe {
+            let quads = _mm256_castps_si256(quads);
+            // Each number to the lowest byte of a lane; negative bytes of the order make the others 0.
+            const UP: i32 = !0xff;
+            let first = _mm256_setr_epi32(UP, UP | 1, UP | 2, UP | 3, UP, UP | 1, UP | 2, UP | 3);
+            let second = _mm256_setr_epi32(UP | 4, UP | 5, UP | 6, UP | 7, UP | 4, UP | 5, UP | 6, UP | 7);
+            let third = _mm256_setr_epi32(UP | 8, UP | 9, UP | 10, UP | 11, UP | 8, UP | 9, UP | 10, UP | 11);
+            [
+                _mm256_castsi256_ps(_mm256_shuffle_epi8(quads, first)),
+                _mm256_castsi256_ps(_mm256_shuffle_epi8(quads, second)),
+                _mm256_castsi256_ps(_mm256_shuffle_epi8(quads, third)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn pick<'a>(self, mut table: impl FnMut(usize) -> &'a [f32; 8], [a, b, c]: [__m256; 3]) -> [__m256; 3] {
+        unsafe {
+            let (first, second) = (_mm256_loadu_ps(table(0).as_ptr()), _mm256_loadu_ps(table(1).as_ptr()));
+            let (a, b, c) = (_mm256_castps_si256(a), _mm256_castps_si256(b), _mm256_castps_si256(c));
+            // All lanes from both tables; the first quad keeps those of the first.
+            let [a0, a1] = [_mm256_permutevar8x32_ps(first, a), _mm256_permutevar8x32_ps(second, a)];
+            let [b0, b1] = [_mm256_permutevar8x32_ps(first, b), _mm256_permutevar8x32_ps(second, b)];
+            let [c0, c1] = [_mm256_permutevar8x32_ps(first, c), _mm256_permutevar8x32_ps(second, c)];
+            [_mm256_blend_ps::<0xf0>(a0, a1), _mm256_blend_ps::<0xf0>(b0, b1), _mm256_blend_ps::<0xf0>(c0, c1)]
+        }
+    }
+
+    #[inline(always)]
+    fn pick_from_one(self, table: &[f32; 8], [a, b, c]: [__m256; 3]) -> [__m256; 3] {
+        unsafe {
+            let table = _mm256_loadu_ps(table.as_ptr());
+            [
+                _mm256_permutevar8x32_ps(table, _mm256_castps_si256(a)),
+                _mm256_permutevar8x32_ps(table, _mm256_castps_si256(b)),
+                _mm256_permutevar8x32_ps(table, _mm256_castps_si256(c)),
+            ]
+        }
+    }
 }

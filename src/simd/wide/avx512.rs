@@ -231,4 +231,53 @@ impl Wide for Avx512 {
     fn permuted(self, lanes: __m512, by: __m512) -> __m512 {
         unsafe { _mm512_permutevar_ps(lanes, _mm512_castps_si512(by)) }
     }
+
+    #[inline(always)]
+    fn bytes(self, quads: __m512) -> [__m512; 3] {
+        unsafe {
+            let quads = _mm512_castps_si512(quads);
+            // Each number to the lowest byte of a lane; negative bytes of the order make the others 0.
+            const UP: i32 = !0xff;
+            let first = _mm512_setr4_epi32(UP, UP | 1, UP | 2, UP | 3);
+            let second = _mm512_setr4_epi32(UP | 4, UP | 5, UP | 6, UP | 7);
+            let third = _mm512_setr4_epi32(UP | 8, UP | 9, UP | 10, UP | 11);
+            [
+                _mm512_castsi512_ps(_mm512_shuffle_epi8(quads, first)),
+                _mm512_castsi512_ps(_mm512_shuffle_epi8(quads, second)),
+                _mm512_castsi512_ps(_mm512_shuffle_epi8(quads, third)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn pick<'a>(self, mut table: impl FnMut(usize) -> &'a [f32; 8], [a, b, c]: [__m512; 3]) -> [__m512; 3] {
+        unsafe {
+            // Two tables a vector, so that all four are within reach of numbers of five bits.
+            let eight = |table: &[f32; 8]| _mm256_loadu_ps(table.as_ptr());
+            let low = _mm512_insertf32x8::<1>(_mm512_castps256_ps512(eight(table(0))), eight(table(1)));
+            let high = _mm512_insertf32x8::<1>(_mm512_castps256_ps512(eight(table(2))), eight(table(3)));
+            let own = _mm512_setr_epi32(0, 0, 0, 0, 8, 8, 8, 8, 16, 16, 16, 16, 24, 24, 24, 24);
+            // (number & 7) | own, in one instruction.
+            let seven = _mm512_set1_epi32(7);
+            let (a, b, c) = (_mm512_castps_si512(a), _mm512_castps_si512(b), _mm512_castps_si512(c));
+            [
+                _mm512_permutex2var_ps(low, _mm512_ternarylogic_epi32::<0b1110_1010>(a, seven, own), high),
+                _mm512_permutex2var_ps(low, _mm512_ternarylogic_epi32::<0b1110_1010>(b, seven, own), high),
+                _mm512_permutex2var_ps(low, _mm512_ternarylogic_epi32::<0b1110_1010>(c, seven, own), high),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn pick_from_one(self, table: &[f32; 8], [a, b, c]: [__m512; 3]) -> [__m512; 3] {
+        unsafe {
+            // Twice, so that the fourth bit does not matter.
+            let table = _mm512_broadcast_f32x8(_mm256_loadu_ps(table.as_ptr()));
+            [
+                _mm512_permutexvar_ps(_mm512_castps_si512(a), table),
+                _mm512_permutexvar_ps(_mm512_castps_si512(b), table),
+                _mm512_permutexvar_ps(_mm512_castps_si512(c), table),
+            ]
+        }
+    }
 }

@@ -186,6 +186,22 @@ impl Wide for Quad {
         let (from, by) = (words(lanes), words(by));
         self::lanes(by.map(|lane| from[lane as usize & 3]))
     }
+
+    #[inline(always)]
+    fn bytes(self, quads: Vec4) -> [Vec4; 3] {
+        let [a, b, c, _] = words(quads);
+        [a, b, c].map(|four| lanes(four.to_ne_bytes().map(u32::from)))
+    }
+
+    #[inline(always)]
+    fn pick<'a>(self, mut table: impl FnMut(usize) -> &'a [f32; 8], by: [Vec4; 3]) -> [Vec4; 3] {
+        self.pick_from_one(table(0), by)
+    }
+
+    #[inline(always)]
+    fn pick_from_one(self, table: &[f32; 8], by: [Vec4; 3]) -> [Vec4; 3] {
+        by.map(|by| Vec4::from_array(words(by).map(|number| table[number as usize & 7])))
+    }
 }
 
 /// Four numbers of 16 bits on the ray. The other tiers fuse a product with a difference; without, the difference comes first.

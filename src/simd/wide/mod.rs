@@ -94,6 +94,12 @@ pub trait Wide: Copy {
     fn sorted(self, keys: Self::Lanes) -> Self::Lanes;
     /// In each quad, the lanes named by the two lowest bits of `by`.
     fn permuted(self, lanes: Self::Lanes, by: Self::Lanes) -> Self::Lanes;
+    /// The first twelve bytes of each quad as numbers: four, the next four, the last four.
+    fn bytes(self, quads: Self::Lanes) -> [Self::Lanes; 3];
+    /// In each quad, what a table of its own has at the numbers of `by`, of which the three lowest bits count; three times.
+    fn pick<'a>(self, table: impl FnMut(usize) -> &'a [f32; 8], by: [Self::Lanes; 3]) -> [Self::Lanes; 3];
+    /// The same of one table for all quads.
+    fn pick_from_one(self, table: &[f32; 8], by: [Self::Lanes; 3]) -> [Self::Lanes; 3];
 }
 
 /// A batch kernel over [`Wide`] vectors. As for [`crate::simd::Kernel`], all that it calls must be `#[inline(always)]`.

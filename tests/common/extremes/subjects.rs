@@ -5,7 +5,7 @@ use crate::common::rays::kernels;
 use comber::bench::rays::Rays;
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, HitColumnsMut, Query, Traversal};
-use comber::options::{AccelOptions, Intersection, NodeFormat};
+use comber::options::{AccelOptions, Intersection, LeafFormat, NodeFormat};
 use comber::peer::embree::library::{self, Device};
 use comber::peer::embree::modes::Mode;
 use comber::peer::embree::scene::{Quality, Tree};
@@ -14,7 +14,7 @@ use comber::scene::shapes::Shapes;
 use comber::simd::Tier;
 use std::sync::Arc;
 
-/// Names, as the tables have them. Compact nodes with the fast test are refused by comber itself.
+/// Names, as the tables have them: full nodes and leaves, or compact ones. Compact nodes with the fast test are refused by comber itself.
 pub const NAMES: [&str; 5] = ["watertight, full", "watertight, compact", "fast, full", "Embree robust", "Embree fast"];
 
 /// How many of [`NAMES`] are comber's.
@@ -34,12 +34,12 @@ pub fn embree() -> Option<Arc<Device>> {
 
 /// A tree of `shapes`; `None` where compact nodes cannot hold the scene, which comber says when they are asked for.
 pub fn comber(shapes: &Shapes, number: usize) -> Option<Subject> {
-    let (intersection, nodes) = [
-        (Intersection::Watertight, NodeFormat::Full),
-        (Intersection::Watertight, NodeFormat::Compact),
-        (Intersection::Fast, NodeFormat::Full),
+    let (intersection, nodes, leaves) = [
+        (Intersection::Watertight, NodeFormat::Full, LeafFormat::Full),
+        (Intersection::Watertight, NodeFormat::Compact, LeafFormat::Compact),
+        (Intersection::Fast, NodeFormat::Full, LeafFormat::Full),
     ][number];
-    let accel = Accel::build(shapes, &AccelOptions { intersection, nodes, ..AccelOptions::default() });
+    let accel = Accel::build(shapes, &AccelOptions { intersection, nodes, leaves, ..AccelOptions::default() });
     accel.ok().map(|accel| Subject::Comber { number, accel: Box::new(accel), kernels: kernels() })
 }
 

@@ -18,6 +18,7 @@ use super::Tree;
 use super::crossings::Crossings;
 use super::leaf::{count_block, count_vectors};
 use crate::bvh::aabb::Aabb;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
 use crate::bvh::node::Node;
@@ -36,7 +37,7 @@ const TRIANGLES: usize = 20;
 #[inline(always)]
 pub fn trace<W: Wide, N: Node, I: Intersect, const SPHERES: bool, const COUNT: bool>(
     wide: W,
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     rays: RayColumns<'_>,
     mut finish: impl FnMut(usize, Hit),
 ) -> TraversalCounts {
@@ -73,7 +74,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const SPHERES: bool, const COUNT: b
         }
         if COUNT {
             let prims =
-                tree.triangles.iter().map(|block| &block.prim).chain(tree.spheres.iter().map(|block| &block.prim));
+                tree.triangles.iter().map(|block| block.prims()).chain(tree.spheres.iter().map(|block| &block.prim));
             for prim in prims {
                 count_block(&mut counts, prim, at_hand.len as u32);
                 count_vectors(&mut counts.primitive_lanes, at_hand.len, W::RAYS);

@@ -22,9 +22,9 @@
 //! three times that for the third edge, which is a sum of the two others.
 
 use crate::bvh::aabb::Aabb;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::ray::MISS;
 use crate::bvh::traverse::crossings::Triangle;
-use crate::bvh::tri4::Tri4;
 use crate::simd::wide::Wide;
 use glam::{DVec3, Vec3};
 
@@ -61,10 +61,10 @@ pub struct Plane {
 
 impl Plane {
     /// All triangles of a block.
-    pub fn of(block: &Tri4) -> impl Iterator<Item = Plane> {
-        (0..4).filter(|&lane| block.prim[lane] != MISS).map(|lane| {
-            let corners = block.corners.map(|axis| axis.map(|corner| corner[lane]));
-            Plane::new(Triangle { corners, prim: block.prim[lane], geom: block.geom[lane] })
+    pub fn of(block: &impl TriangleBlock) -> impl Iterator<Item = Plane> {
+        (0..4).filter(|&lane| block.prims()[lane] != MISS).map(|lane| {
+            let corners = [0, 3, 6].map(|row| [0, 1, 2].map(|corner| block.coordinate(row, corner, lane)));
+            Plane::new(Triangle { corners, prim: block.prims()[lane], geom: block.geom(lane) })
         })
     }
 

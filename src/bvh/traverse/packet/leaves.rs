@@ -1,19 +1,24 @@
 //! Leaves of a packet's way.
 
 use super::rays::Packet;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::columns::RayColumns;
 use crate::bvh::intersect::Intersect;
 use crate::bvh::ray::{Hit, MISS};
 use crate::bvh::sphere;
 use crate::bvh::sphere4::Sphere4;
 use crate::bvh::traverse::bins::RAYS;
-use crate::bvh::tri4::Tri4;
 use crate::simd::wide::Wide;
 
 impl Packet {
     /// Tests the rays in `mask` against a block of triangles.
     #[inline(always)]
-    pub fn visit_block<W: Wide, I: Intersect, const ANY: bool>(&mut self, wide: W, block: &Tri4, mask: u64) {
+    pub fn visit_block<W: Wide, I: Intersect, const ANY: bool>(
+        &mut self,
+        wide: W,
+        block: &impl TriangleBlock,
+        mask: u64,
+    ) {
         let mut left = mask;
         while left != 0 {
             let among = left.count_ones().min(W::RAYS as u32);
@@ -30,7 +35,7 @@ impl Packet {
                 rest &= rest - 1;
                 let (ray, lane) = (number[bit >> 2 & 3] % RAYS, bit & 3);
                 if let Some(crossing) = I::crossing(&self.triangle[ray], block, lane) {
-                    let (prim, geom) = (block.prim[lane], block.geom[lane]);
+                    let (prim, geom) = (block.prims()[lane], block.geom(lane));
                     self.offer::<ANY>(ray, Hit { t: crossing.t, u: crossing.u, v: crossing.v, prim, geom });
                 }
             }

@@ -45,6 +45,7 @@ use super::Tree;
 use super::bins::{Bins, RAYS};
 use super::leaf::{count_block, count_vectors};
 use super::single::alone;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
@@ -63,7 +64,7 @@ const IN_FLIGHT: usize = 4;
 #[inline(always)]
 pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
     wide: W,
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     rays: RayColumns<'_>,
     mut finish: impl FnMut(usize, Hit),
 ) -> TraversalCounts {
@@ -82,7 +83,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
         turn += 1;
         if packet.next.0 != Child::EMPTY {
             idle = 0;
-            packet.step::<W, N, I, ANY, SPHERES, COUNT>(wide, tree, &rays, &mut counts);
+            packet.step::<W, N, _, I, ANY, SPHERES, COUNT>(wide, tree, &rays, &mut counts);
             continue;
         }
         for ray in 0..packet.len {
@@ -115,10 +116,18 @@ fn count_rays<W: Wide>(lanes: &mut Lanes, mask: u64) {
 impl Packet {
     /// Visits one child, and finds the next. Nearest child first.
     #[inline(always)]
-    fn step<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
+    fn step<
+        W: Wide,
+        N: Node,
+        B: TriangleBlock,
+        I: Intersect,
+        const ANY: bool,
+        const SPHERES: bool,
+        const COUNT: bool,
+    >(
         &mut self,
         wide: W,
-        tree: &Tree<'_, N>,
+        tree: &Tree<'_, N, B>,
         rays: &RayColumns<'_>,
         counts: &mut TraversalCounts,
     ) {
@@ -141,7 +150,7 @@ impl Packet {
         } else {
             for block in &tree.triangles[child.blocks()] {
                 if COUNT {
-                    count_block(counts, &block.prim, mask.count_ones());
+                    count_block(counts, block.prims(), mask.count_ones());
                     count_vectors(&mut counts.primitive_lanes, mask.count_ones() as usize, W::RAYS);
                 }
                 self.visit_block::<W, I, ANY>(wide, block, mask);
@@ -163,7 +172,7 @@ impl Packet {
         let next = if child.is_leaf() { leaf } else { node };
         prefetch_line(next);
         prefetch_line(next.plus(64));
-        if child.is_leaf() {
+        if size_of::<B>() > 128 && child.is_leaf() {
             prefetch_line(next.plus(128));
         }
         self.next = (child, mask);

@@ -2,6 +2,7 @@
 
 use super::interval::{Bounds, Interval};
 use super::stack::PacketStack;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::closest::closer;
 use crate::bvh::columns::RayColumns;
@@ -71,7 +72,7 @@ impl Packet {
     pub fn load<W: Wide, N: Node, I: Intersect>(
         &mut self,
         wide: W,
-        tree: &Tree<'_, N>,
+        tree: &Tree<'_, N, impl TriangleBlock>,
         rays: &RayColumns<'_>,
         rows: &[u32; RAYS],
         len: usize,

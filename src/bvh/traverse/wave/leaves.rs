@@ -3,8 +3,8 @@
 use super::IN_FLIGHT;
 use super::queue::Steps;
 use super::slot::Slot;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::intersect::Intersect;
-use crate::bvh::tri4::Tri4;
 use crate::simd::wide::Wide;
 
 /// A block that a ray may hit.
@@ -29,7 +29,7 @@ pub const NO_CANDIDATES: Candidates = [Candidate { slot: 0, block: 0, lanes: 0 }
 #[inline(always)]
 pub fn visit<W: Wide, I: Intersect>(
     wide: W,
-    triangles: &[Tri4],
+    triangles: &[impl TriangleBlock],
     steps: &mut Steps,
     len: usize,
     slots: &mut [Slot; IN_FLIGHT],

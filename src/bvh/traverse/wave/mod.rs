@@ -37,6 +37,7 @@ mod spheres;
 use super::Tree;
 use super::leaf::{count_block, count_node, count_vectors};
 use super::single::alone;
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::child::Child;
 use crate::bvh::columns::{RayColumns, TraversalCounts};
 use crate::bvh::intersect::Intersect;
@@ -56,9 +57,17 @@ const IN_FLIGHT: usize = 64;
 /// ends a ray, rather than the closest. `SPHERES`: the tree holds some. `COUNT`: count what
 /// is visited.
 #[inline(always)]
-pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: bool, const COUNT: bool>(
+pub fn trace<
+    W: Wide,
+    N: Node,
+    B: TriangleBlock,
+    I: Intersect,
+    const ANY: bool,
+    const SPHERES: bool,
+    const COUNT: bool,
+>(
     wide: W,
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, B>,
     rays: RayColumns<'_>,
     mut finish: impl FnMut(usize, Hit),
 ) -> TraversalCounts {
@@ -116,7 +125,9 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             // The first line was fetched when the ray came to the leaf.
             let block = Address::of(tree.triangles, child.first_block());
             prefetch_line(block.plus(64));
-            prefetch_line(block.plus(128));
+            if size_of::<B>() > 128 {
+                prefetch_line(block.plus(128));
+            }
             if SPHERES {
                 spheres.push_if(&mut at_spheres, slot, child, !done && child.is_spheres());
             }
@@ -133,7 +144,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
             // Spheres are tested one by one, a block's four at most.
             count_vectors(&mut counts.primitive_lanes, at_spheres, 1);
             for step in 0..at_blocks {
-                count_block(&mut counts, &tree.triangles[blocks.child(step).first_block()].prim, 1);
+                count_block(&mut counts, tree.triangles[blocks.child(step).first_block()].prims(), 1);
             }
             for step in 0..at_spheres {
                 count_block(&mut counts, &tree.spheres[spheres.child(step).first_block()].prim, 1);
@@ -160,7 +171,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const ANY: bool, const SPHERES: boo
 
 /// What the ray in a slot visits next. Fetches it.
 #[inline(always)]
-fn next<N: Node>(tree: &Tree<'_, N>, slot: &Slot) -> Child {
+fn next<N: Node>(tree: &Tree<'_, N, impl TriangleBlock>, slot: &Slot) -> Child {
     let child = slot.next();
     // Both addresses, so that the choice is no branch. (Leaves of spheres fetch in vain.)
     let node = Address::of(tree.nodes, child.node());

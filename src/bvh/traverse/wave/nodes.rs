@@ -3,6 +3,7 @@
 use super::queue::Steps;
 use super::slot::Slot;
 use super::{IN_FLIGHT, next};
+use crate::bvh::block::TriangleBlock;
 use crate::bvh::node::Node;
 use crate::bvh::traverse::Tree;
 use crate::simd::wide::Wide;
@@ -13,7 +14,7 @@ use crate::simd::wide::Wide;
 #[inline(always)]
 pub fn visit<W: Wide, N: Node, const ANY: bool>(
     wide: W,
-    tree: &Tree<'_, N>,
+    tree: &Tree<'_, N, impl TriangleBlock>,
     steps: &mut Steps,
     len: usize,
     slots: &mut [Slot; IN_FLIGHT],
