@@ -1,7 +1,8 @@
 //! Misses, false hits and self-hits at the extremes of scale, distance and shape: comber beside Embree.
 //!
 //! `cargo bench --bench extremes -- [--rays 1e9] [--judged 5e7] [--run N] [--threads N] [--csv FILE] [--json FILE]`. Of the rays, those of `--judged` are traced by
-//! every tracer and judged exactly, shared out among the cells of the grid (`tests/common/extremes`); the others walk inside closed meshes, each traced by
+//! every tracer and judged exactly, shared out among the cells of the grid (`tests/common/extremes`), and a quarter as many at positions of 48 bits by the tree in double
+//! precision alone; the others walk inside closed meshes, each traced by
 //! comber's watertight test through one of its kernels, in turn. Without `--rays`, a million. Rays differ from `--run` to run: counts of several add up.
 
 #[path = "../tests/common/mod.rs"]
@@ -66,7 +67,7 @@ fn main() {
     match run(&arguments) {
         Ok(0) => {}
         Ok(failures) => {
-            eprintln!("{failures} failures of the watertight test");
+            eprintln!("{failures} failures of the watertight test or of double precision");
             std::process::exit(1);
         }
         Err(why) => {
@@ -76,7 +77,7 @@ fn main() {
     }
 }
 
-/// Runs all, and gives the number of failures of comber's watertight test.
+/// Runs all, and gives the number of failures of what comber promises not to fail.
 fn run(arguments: &Arguments) -> comber::error::Result<u64> {
     let places = places(&SCALES, &DISTANCES);
     let embree = subjects::embree();
@@ -100,6 +101,20 @@ fn run(arguments: &Arguments) -> comber::error::Result<u64> {
     );
     println!("{}", table("scale", &judged, |row| format!("{:e}", row.scale)));
 
+    let fine_places = extremes::fine();
+    let fine_rays = arguments.judged / 4;
+    let progress = Progress::new("rays at positions of 48 bits", fine_rays, true);
+    done.store(0, std::sync::atomic::Ordering::Relaxed);
+    let each = fine_rays.div_ceil(extremes::cells(&fine_places));
+    let fine = extremes::judged(arguments.run, &fine_places, each, None, |rays| told(&progress, rays));
+    progress.finish();
+    println!("The same, where positions have 48 bits, as only --precision f64 has them\n");
+    println!("{}", table("case", &fine, |row| row.case.to_owned()));
+    println!(
+        "{}",
+        table("distance from the origin, in sizes of the scene", &fine, |row| format!("{:e}", row.distance))
+    );
+
     let progress = Progress::new("rays in closed meshes", arguments.rays - arguments.judged, true);
     done.store(0, std::sync::atomic::Ordering::Relaxed);
     let closed =
@@ -108,12 +123,12 @@ fn run(arguments: &Arguments) -> comber::error::Result<u64> {
     println!("Walks in closed meshes by the watertight test, each ray through one of the kernels in turn\n");
     println!("{}", walks(&closed));
 
-    let rows: Vec<Row> = judged.into_iter().chain(closed).collect();
-    let distinct: u64 = rows.iter().filter(|row| row.subject == 0).map(|row| row.tally.rays).sum::<u64>()
+    let rows: Vec<Row> = judged.into_iter().chain(fine).chain(closed).collect();
+    let distinct: u64 = rows.iter().filter(|row| row.subject == 0 || row.fine).map(|row| row.tally.rays).sum::<u64>()
         + rows.iter().filter(|row| row.subject == 1 && row.walk).map(|row| row.tally.rays).sum::<u64>();
     let traced: u64 = rows.iter().map(|row| row.tally.traced + row.tally.left * u64::from(!row.walk)).sum();
     println!("{distinct} rays, {traced} questions, {:.0} s", start.elapsed().as_secs_f64());
-    let own = |row: &&Row| row.subject < 2 && row.tally.failures() > 0;
+    let own = |row: &&Row| subjects::promised(row.subject) && row.tally.failures() > 0;
     for row in rows.iter().filter(own).take(10) {
         let first = row.tally.first.as_deref().unwrap_or_default();
         println!("{} at scale {:e}, distance {:e}: {first}", row.case, row.scale, row.distance);

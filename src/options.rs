@@ -167,8 +167,8 @@ pub enum Tests {
 pub enum Area {
     /// Every pixel by itself, as in the course.
     Pixel,
-    /// The pixels of a tile, when the root mean square of their intervals is narrow enough: the rule that keeps its promise, see
-    /// `benches/adaptive.rs`.
+    /// The pixels of a tile, when the root mean square of their intervals, each beside its mean, is narrow enough: the rule that keeps its promise,
+    /// see `benches/adaptive.rs`.
     #[default]
     Tile,
 }
@@ -184,8 +184,10 @@ pub struct Adaptive {
     pub trust: Trust,
     /// What stops together.
     pub area: Area,
-    /// Largest half-width of the interval, as a fraction of the mean luminance.
+    /// Largest half-width of the interval, as a fraction of the mean luminance (see [`Adaptive::floor`]).
     pub tolerance: f32,
+    /// Linear luminance of which parts that are darker count as about as much: a mean m as √(m² + floor²).
+    pub floor: f32,
     /// Quantile.
     pub confidence: Confidence,
     /// No pixel retires with fewer samples.
@@ -200,9 +202,19 @@ impl Adaptive {
         trust: Trust::Once,
         area: Area::Pixel,
         tolerance: 0.05,
+        floor: Adaptive::DARK,
         confidence: Confidence::Z,
         min_samples: 2,
     };
+
+    /// Half the first step of 8-bit sRGB as linear luminance: the floor of the course's rule here.
+    ///
+    /// A darker pixel is shown as 0. Its interval may be `tolerance · DARK` wide, so at a tolerance of 0.05 it stays
+    /// within half a step of the display even when the picture is later exposed up by four stops.
+    pub const DARK: f32 = 0.5 / 255.0 / 12.92;
+
+    /// The floor where nothing is said: that of the relative error by which pictures are judged, about 35 % of the way from black to white as shown.
+    pub const FLOOR: f32 = 0.1;
 
     /// How many samples lie between the tests behind `done` samples.
     pub fn step(&self, done: u32) -> u32 {

@@ -4,7 +4,7 @@ use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
 use crate::film::tile::FilmLayout;
 use crate::measure::units;
-use crate::options::{Cell, Direct, Integrator, Intersection, Precision, RenderOptions, Roulette, Sampler};
+use crate::options::{Area, Cell, Direct, Integrator, Intersection, Precision, RenderOptions, Roulette, Sampler};
 use crate::scene::Scene;
 use crate::simd::Tier;
 use crate::stages::{self, Stage};
@@ -402,10 +402,13 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
             _ => ("compact".into(), "rows whose path has ended make room".into()),
         },
         _ => match options.adaptive {
-            Some(rule) => (
-                format!("add to the film; test every {} samples", rule.batch),
-                format!("a pixel is done when its 95 % interval is within {} of its mean", rule.tolerance),
-            ),
+            Some(rule) => {
+                let what = if rule.area == Area::Tile { "tile" } else { "pixel" };
+                (
+                    format!("add to the film; test every {} samples", rule.batch),
+                    format!("a {what} is done when its 95 % interval is within {} of its mean", rule.tolerance),
+                )
+            }
             None => ("add to the film".into(), "every pixel gets all its samples".into()),
         },
     }

@@ -3,7 +3,7 @@
 mod common;
 
 use comber::drive::{self, Observer, Outcome};
-use comber::film::convergence::{DARK, student_t, zeros_needed};
+use comber::film::convergence::{student_t, zeros_needed};
 use comber::film::picture::Picture;
 use comber::options::{Adaptive, Confidence, Direct, Integrator, Normals, RenderOptions};
 use comber::plan::Plan;
@@ -46,7 +46,7 @@ fn width(rule: &Adaptive, n: u32, mean: f64, variance_of_mean: f64) -> f64 {
         Confidence::Z => 1.959_963_984_540_054,
         Confidence::T => student_t(n - 1),
     };
-    quantile * variance_of_mean.sqrt() / (f64::from(rule.tolerance) * mean.max(DARK))
+    quantile * variance_of_mean.sqrt() / (f64::from(rule.tolerance) * mean.hypot(rule.floor.into()))
 }
 
 #[test]

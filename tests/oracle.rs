@@ -125,11 +125,13 @@ fn every_adaptive_rule_agrees_to_the_bit() {
         (Area::Pixel, Trust::Halves, Tests::Batches),
         (Area::Pixel, Trust::Once, Tests::Doubling),
     ] {
-        for (sampler, replicates) in [(Sampler::Independent, 1), (Sampler::Sobol, 8), (Sampler::BlueNoise, 4)] {
+        for (sampler, replicates) in
+            [(Sampler::Independent, 1), (Sampler::Sobol, 1), (Sampler::Sobol, 8), (Sampler::BlueNoise, 4)]
+        {
             let rule = Adaptive { batch: 16, tolerance: 0.3, area, trust, tests, ..Adaptive::COURSE };
             let options =
                 RenderOptions { adaptive: Some(rule), samples: 96, aovs: true, sampler, replicates, ..small() };
-            check(&ready, &options, &format!("{area:?} {trust:?} {tests:?} {sampler:?}"));
+            check(&ready, &options, &format!("{area:?} {trust:?} {tests:?} {sampler:?} {replicates}"));
         }
     }
 }

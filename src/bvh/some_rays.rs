@@ -109,9 +109,9 @@ impl Kernel for Fill<'_> {
 fn meets(rays: &Rays4, bounds: &Aabb) -> u32 {
     let scale = rays.scale();
     let (mut entry, mut exit) = (rays.t_min, rays.t_max);
-    for axis in 0..3 {
-        let low = (Vec4::splat(bounds.min[axis]) - rays.origin[axis]) * scale[axis];
-        let high = (Vec4::splat(bounds.max[axis]) - rays.origin[axis]) * scale[axis];
+    let planes = bounds.min.to_array().into_iter().zip(bounds.max.to_array());
+    for ((low, high), (origin, scale)) in planes.zip(rays.origin.into_iter().zip(scale)) {
+        let (low, high) = ((Vec4::splat(low) - origin) * scale, (Vec4::splat(high) - origin) * scale);
         entry = entry.max(low.min(high));
         exit = exit.min(low.max(high));
     }

@@ -9,8 +9,8 @@ use crate::error::{Error, Note, Result};
 use crate::film::output::Format;
 use crate::measure::units;
 use crate::options::{
-    Accel, AccelOptions, Adaptive, Cell, Direct, Integrator, Intersection, LeafFormat, LightSampling, LightSelection,
-    NodeFormat, Precision, RenderOptions, Sampler, Trust,
+    Accel, AccelOptions, Adaptive, Area, Cell, Direct, Integrator, Intersection, LeafFormat, LightSampling,
+    LightSelection, NodeFormat, Precision, RenderOptions, Sampler, Trust,
 };
 use crate::scene::SceneOptions;
 use crate::scene::camera::Camera;
@@ -196,7 +196,7 @@ impl RenderRequest {
             light_selection: args.transport.light_selection,
             roulette: args.transport.roulette,
             clamp_indirect: args.transport.clamp_indirect,
-            adaptive: adaptive(&args.sampling, &mut notes)?,
+            adaptive: adaptive(&args.sampling, outputs.exposure, &mut notes)?,
             sampler: args.sampling.sampler,
             replicates: replicates(&args.sampling)?,
             seed: args.sampling.seed,
@@ -406,6 +406,7 @@ fn beside(path: &Path, suffix: &str) -> PathBuf {
 /// Sequences a pixel: several where a rule has to know how far they are apart.
 fn replicates(args: &SamplingArgs) -> Result<u32> {
     let halves = args.adaptive_trust == Some(Trust::Halves);
+    let each = halves || args.adaptive_area == Some(Area::Pixel);
     let correlated = args.sampler != Sampler::Independent;
     match args.replicates {
         Some(few) if few < 4 && correlated && halves => misuse(format!(
@@ -415,18 +416,18 @@ fn replicates(args: &SamplingArgs) -> Result<u32> {
             misuse(format!("--replicates {replicates}: pixels get {} samples (-s)", args.samples))
         }
         Some(replicates) => Ok(replicates),
-        None if args.adaptive.is_some() && correlated => {
+        None if args.adaptive.is_some() && correlated && each => {
             Ok(ADAPTIVE_REPLICATES.min(args.samples.max(2).next_power_of_two() / 2))
         }
         None => Ok(1),
     }
 }
 
-/// Sequences a pixel where adaptive sampling has to judge by them and nothing is said.
+/// Sequences a pixel where it is judged by itself, or a half by the other, and nothing is said. A tile needs no more than one ([`crate::film::doubling`]).
 pub(super) const ADAPTIVE_REPLICATES: u32 = 16;
 
 /// `-a BATCH TOLERANCE` and what goes with it.
-fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptive>> {
+fn adaptive(args: &SamplingArgs, exposure: f32, notes: &mut Vec<Note>) -> Result<Option<Adaptive>> {
     let Some([batch, tolerance]) = args.adaptive.as_deref() else {
         return Ok(None);
     };
@@ -449,6 +450,8 @@ fn adaptive(args: &SamplingArgs, notes: &mut Vec<Note>) -> Result<Option<Adaptiv
         trust: args.adaptive_trust.unwrap_or_default(),
         area: args.adaptive_area.unwrap_or_default(),
         tolerance,
+        // As shown: of a picture exposed up, darker parts matter.
+        floor: args.adaptive_floor.unwrap_or(Adaptive::FLOOR * (-exposure).exp2()),
         confidence: args.confidence.unwrap_or_default(),
         // One sample has no variance.
         min_samples: args.min_samples.unwrap_or(batch.max(2)),
@@ -570,6 +573,7 @@ mod tests {
             confidence: Default::default(),
             min_samples: 16,
             area: Area::Tile,
+            floor: 0.1,
             ..Adaptive::COURSE
         };
         assert_eq!(options.adaptive, Some(adaptive));
@@ -591,8 +595,15 @@ mod tests {
     fn adaptive_sampling() {
         let adaptive = |line: &str| resolve(line).unwrap().options.adaptive.unwrap();
         assert_eq!(adaptive("-a 1 0.1").min_samples, 2, "one sample has no variance");
-        let course = Adaptive { batch: 8, tolerance: 0.1, min_samples: 4, ..Adaptive::COURSE };
+        let course = Adaptive { batch: 8, tolerance: 0.1, min_samples: 4, floor: 0.1, ..Adaptive::COURSE };
         assert_eq!(adaptive("-a 8 0.1 --confidence z --min-samples 4 --adaptive-area pixel"), course);
+        assert_eq!(adaptive("-a 8 0.1 --adaptive-floor 0.02").floor, 0.02);
+        assert_eq!(adaptive("-a 8 0.1 --exposure 3").floor, 0.1 / 8.0, "as shown");
+        let replicates = |line: &str| resolve(line).unwrap().options.replicates;
+        assert_eq!(replicates("-a 8 0.1"), 1, "a tile needs no others");
+        assert_eq!(replicates("-a 8 0.1 --adaptive-area pixel"), 16);
+        assert_eq!(replicates("-a 8 0.1 --adaptive-trust halves"), 16);
+        assert_eq!(replicates("-a 8 0.1 --adaptive-trust halves --sampler independent"), 1);
         assert_eq!(resolve("-s 8 -a 8 0.1").unwrap().notes.len(), 1, "it has no effect");
         assert_eq!(resolve("-s 9 -a 8 0.1").unwrap().notes.len(), 0);
         assert!(refused("-s 8 -a 4 0.1 --min-samples 9").contains("9"));

@@ -50,19 +50,26 @@ impl Interval {
         Interval { samples, error: self.error * scale.sqrt(), ..self }
     }
 
-    /// Of a mean of many means, all equally weighty: a tile's.
-    pub fn of_all(intervals: impl Iterator<Item = Interval>) -> Interval {
+    /// Of a tile: the mean of its pixels' means, and an error that is as large beside it as the errors of the pixels are beside theirs, in the root
+    /// mean square. A mean below `floor` counts as about as much (as in [`super::convergence::converged`]).
+    ///
+    /// An error beside the *tile's* mean would let a tile stop early that has a lamp in a corner, whatever the rest of it looks like. Beside their own means, though,
+    /// pixels that have met a rare bright path, and are too bright for it, would seem no worse than others: so what counts is the smaller mean.
+    pub fn of_tile(pixels: impl Iterator<Item = Interval> + Clone, floor: f64) -> Interval {
         let mut all = Interval { samples: u32::MAX, mean: 0.0, error: 0.0, degrees: 0 };
         let mut count = 0u32;
-        for one in intervals {
+        for one in pixels.clone() {
             count += 1;
             all.samples = all.samples.min(one.samples);
             all.mean += one.mean;
-            all.error += one.error * one.error;
             all.degrees = all.degrees.saturating_add(one.degrees);
         }
         let n = f64::from(count.max(1));
-        Interval { mean: all.mean / n, error: (all.error / n).sqrt(), ..all }
+        all.mean /= n;
+        // No error is none beside any mean, 0 among them.
+        let with_error = pixels.filter(|one| one.error != 0.0);
+        let squares: f64 = with_error.map(|one| (one.error / one.mean.min(all.mean).hypot(floor)).powi(2)).sum();
+        Interval { error: all.mean.hypot(floor) * (squares / n).sqrt(), ..all }
     }
 }
 
@@ -79,6 +86,27 @@ mod tests {
         assert_eq!((a.samples, a.mean, a.degrees), (b.samples, b.mean, b.degrees));
         assert!((a.error / b.error - 1.0).abs() < 1e-14);
         assert!((a.at(32).error * 2.0 / a.error - 1.0).abs() < 1e-14, "four times the samples, half the error");
+    }
+
+    #[test]
+    fn a_tile_is_as_good_as_its_pixels_are_beside_their_means() {
+        let pixel = |mean, error| Interval { samples: 8, mean, error, degrees: 7 };
+        let tile = |pixels: &[Interval]| Interval::of_tile(pixels.iter().copied(), 1e-3);
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
+        // Equally bright: the root mean square of the errors.
+        let even = tile(&[pixel(2.0, 0.3), pixel(2.0, 0.4)]);
+        assert_eq!((even.samples, even.mean, even.degrees), (8, 2.0, 14));
+        assert!(near(even.error, (0.125f64).sqrt()), "{even:?}");
+        // A lamp beside noise hides none of it; a firefly counts beside what is around it.
+        let lamp = tile(&[pixel(100.0, 0.0), pixel(1.0, 0.5)]);
+        assert!(near(lamp.error / lamp.mean, 0.5 / 2f64.sqrt()), "{lamp:?}");
+        let mut pixels = vec![pixel(1.0, 0.0); 99];
+        pixels.push(pixel(101.0, 100.0));
+        assert!(near(tile(&pixels).error / 2.0, 5.0), "{:?}", tile(&pixels));
+        // Nothing but zeros, and what nobody knows.
+        assert_eq!(tile(&[pixel(0.0, 0.0); 3]).error, 0.0);
+        assert_eq!(Interval::of_tile([pixel(0.0, 0.0); 3].into_iter(), 0.0).error, 0.0);
+        assert_eq!(tile(&[pixel(1.0, f64::INFINITY), pixel(1.0, 0.1)]).error, f64::INFINITY);
     }
 
     #[test]

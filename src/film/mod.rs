@@ -3,6 +3,7 @@
 pub mod atomic_file;
 pub mod convergence;
 pub mod develop;
+pub mod doubling;
 pub mod exr_output;
 mod font;
 pub mod heatmap;

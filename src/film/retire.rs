@@ -22,19 +22,19 @@ impl Tile {
 
     /// Tests `pixels` as one, and closes what needs no more samples.
     fn test(&mut self, rule: &Adaptive, pixels: &[usize]) {
-        let lead = pixels[0];
+        let (lead, floor) = (pixels[0], f64::from(rule.floor));
         let open = match rule.trust {
             Trust::Halves => {
                 // Each half by the spread of the other, as if that had all samples of the pixel: the mean of both is
                 // what has to be good enough. A half that has stopped says what it said then.
-                let samples = |half: u32| self.interval(&pixels[..1], Some(half)).samples;
+                let samples = |half: u32| self.interval(&pixels[..1], Some(half), floor).samples;
                 let all = samples(0).saturating_add(samples(1));
-                let stops = |half: u32| converged(&self.interval(pixels, Some(1 - half)).at(all), rule);
+                let stops = |half: u32| converged(&self.interval(pixels, Some(1 - half), floor).at(all), rule);
                 let closed = u8::from(stops(0)) | u8::from(stops(1)) << 1;
                 self.open[lead] & !closed
             }
             Trust::Once | Trust::Twice => {
-                let passes = converged(&self.interval(pixels, None), rule);
+                let passes = converged(&self.interval(pixels, None, floor), rule);
                 let done = passes && (rule.trust == Trust::Once || self.passed[lead]);
                 self.passed[lead] = passes;
                 if done { 0 } else { 0b11 }
@@ -43,18 +43,21 @@ impl Tile {
         pixels.iter().for_each(|&local| self.open[local] = open);
     }
 
-    /// The interval of luminance of some pixels, or of one half of their samples.
-    fn interval(&self, pixels: &[usize], half: Option<u32>) -> Interval {
+    /// The interval of luminance of a pixel or of a tile, or of one half of their samples.
+    fn interval(&self, pixels: &[usize], half: Option<u32>, floor: f64) -> Interval {
         let of = |local: usize| {
-            if self.sequences.is_empty() || (half.is_none() && self.sequences.independent()) {
-                Interval::of_samples(&self.luminance[local])
+            let moments = &self.luminance[local];
+            if let Some(doubling) = self.doublings.get(local) {
+                doubling.interval(moments.n, moments.mean)
+            } else if self.sequences.is_empty() || (half.is_none() && self.sequences.independent()) {
+                Interval::of_samples(moments)
             } else {
                 self.sequences.luminance(local, half)
             }
         };
         match pixels {
             [one] => of(*one),
-            many => Interval::of_all(many.iter().map(|&local| of(local))),
+            many => Interval::of_tile(many.iter().map(|&local| of(local)), floor),
         }
     }
 }

@@ -5,8 +5,9 @@
 //! picture's bytes, do not depend on how the work was cut.
 
 use super::convergence::Moments;
+use super::doubling::Doubling;
 use super::sequences::Sequences;
-use crate::options::{Cell, Integrator, RenderOptions, Trust};
+use crate::options::{Area, Cell, Integrator, RenderOptions, Sampler, Trust};
 
 /// Pixels along a tile's side.
 pub const SIDE: u32 = 16;
@@ -24,6 +25,8 @@ pub struct FilmLayout {
     pub sequences: u32,
     /// Even and odd samples stop by themselves, and count as much.
     pub halves: bool,
+    /// What the last doubling of a pixel's samples changed, where a tile is judged by it.
+    pub doublings: bool,
 }
 
 impl FilmLayout {
@@ -35,12 +38,14 @@ impl FilmLayout {
             1 => 2 * u32::from(halves),
             replicates => replicates * u32::from(errors),
         };
+        let single = options.sampler != Sampler::Independent && options.replicates == 1;
         FilmLayout {
             variance: options.aovs,
             luminance: options.adaptive.is_some(),
             aovs: options.aovs && options.integrator != Integrator::BvhCost,
             sequences,
             halves,
+            doublings: single && !halves && options.adaptive.is_some_and(|rule| rule.area == Area::Tile),
         }
     }
 
@@ -57,8 +62,9 @@ impl FilmLayout {
         let luminance = size_of::<Moments>() * usize::from(self.luminance);
         let aovs = size_of::<FirstHits>() * usize::from(self.aovs);
         let sequences = Sequences::BYTES * self.sequences as usize;
+        let doublings = size_of::<Doubling>() * usize::from(self.doublings);
         // Position (two), active list and samples that count; whether a test was passed and which halves go on.
-        size_of::<u32>() * 4 + 2 + sums + luminance + aovs + sequences
+        size_of::<u32>() * 4 + 2 + sums + luminance + aovs + sequences + doublings
     }
 }
 
@@ -111,6 +117,8 @@ pub struct Tile {
     pub luminance: Vec<Moments>,
     /// Sums of each sequence; empty where nobody looks at them.
     pub sequences: Sequences,
+    /// What the last doubling of the samples changed; empty where nobody asks.
+    pub doublings: Vec<Doubling>,
     /// First-hit sums; empty without those layers.
     pub first_hits: Vec<FirstHits>,
     /// Pixels that met the adaptive rule.
@@ -144,6 +152,9 @@ impl Tile {
         }
         if let Some(moments) = self.luminance.get_mut(local) {
             moments.push(luminance(sample.radiance));
+            if let Some(doubling) = self.doublings.get_mut(local) {
+                doubling.note(moments.n, moments.mean);
+            }
         }
         if let Some(first) = self.first_hits.get_mut(local) {
             for c in 0..3 {
@@ -202,6 +213,7 @@ pub fn tiles(cell: Cell, layout: FilmLayout) -> Vec<Tile> {
             m2: vec![[0.0; 3]; if layout.variance { n } else { 0 }],
             luminance: vec![Moments::default(); if layout.luminance { n } else { 0 }],
             sequences: Sequences::new(n, layout),
+            doublings: vec![Doubling::default(); if layout.doublings { n } else { 0 }],
             first_hits: vec![FirstHits::default(); if layout.aovs { n } else { 0 }],
             converged: 0,
             non_finite: 0,

@@ -65,9 +65,72 @@ pub fn cross(ray: &Sheared, corners: [DVec3; 3]) -> Option<Crossing> {
     if area == 0.0 {
         return None;
     }
+    let along = [corners[1] - corners[0], corners[2] - corners[0]];
+    if let Some([a, b, c]) = edge_on(seen, area) {
+        let t = (a * seen[0][2] + b * seen[1][2] + c * seen[2][2]) / ray.depth;
+        return (normal(along.map(|edge| edge.to_array())) != [0.0; 3]).then_some(Crossing { t, u: b, v: c });
+    }
+    let longest = along[0].length_squared().max(along[1].length_squared());
     // After overflow these may be NaN, which no range of `t` contains.
-    let t = (a * seen[0][2] + b * seen[1][2] + c * seen[2][2]) / (area * ray.depth);
+    let t = if along[0].cross(along[1]).length_squared() < longest * longest * BROAD {
+        to_plane(ray, corners[0], along)?
+    } else {
+        (a * seen[0][2] + b * seen[1][2] + c * seen[2][2]) / (area * ray.depth)
+    };
     Some(Crossing { t, u: b / area, v: c / area })
+}
+
+/// The weights of a point where the ray passes a triangle that it sees edge-on: so nearly that the height of what it sees is less than the rounding of
+/// its corners, and weights by area are noise. The longest edge that is seen spans all of it: the point is the nearest of that one. (To miss such triangles would
+/// open gaps between their neighbours.) `None` of others. `seen` from the ray, with twice that area.
+#[inline(always)]
+fn edge_on(seen: [[f64; 3]; 3], area: f64) -> Option<[f64; 3]> {
+    const ROUNDINGS: f64 = 16.0 * f64::EPSILON;
+    let edge = |p: [f64; 3], q: [f64; 3]| [q[0] - p[0], q[1] - p[1]];
+    let squared = |[x, y]: [f64; 2]| x * x + y * y;
+    let (mut from, mut longest) = (0, 0.0);
+    for corner in 0..3 {
+        let length = squared(edge(seen[corner], seen[(corner + 1) % 3]));
+        if length > longest {
+            (from, longest) = (corner, length);
+        }
+    }
+    let farthest = seen.map(|[x, y, _]| x.abs().max(y.abs())).into_iter().fold(0.0, f64::max);
+    if area.abs() > ROUNDINGS * farthest * longest.sqrt() {
+        return None;
+    }
+    let to = (from + 1) % 3;
+    let [x, y] = edge(seen[from], seen[to]);
+    let part = (-(seen[from][0] * x + seen[from][1] * y) / longest).clamp(0.0, 1.0);
+    let mut weights = [0.0; 3];
+    (weights[from], weights[to]) = (1.0 - part, part);
+    Some(weights)
+}
+
+/// Least square of twice the area over that of the longer edge for which weights are known well enough to interpolate distances by. The height of a point above the
+/// triangle, as told by them, errs by a rounding error over that ratio, and rays leave surfaces by 2⁹ rounding errors
+/// ([`crate::scene::double::ROUNDING`]): a needle of aspect 10⁶ would be hit again by every other ray that leaves it.
+const BROAD: f64 = 1.0 / 16.0;
+
+/// Distance to the plane of a narrow triangle by its normal; `None` for a triangle without area, where
+/// the weights are noise.
+#[cold]
+fn to_plane(ray: &Sheared, corner: DVec3, [e, f]: [DVec3; 2]) -> Option<f64> {
+    let axes = ray.axes;
+    let normal = normal([e, f].map(|edge| axes.map(|axis| edge[axis])));
+    let from = [0, 1, 2].map(|i| corner[axes[i]] - ray.origin[i]);
+    let above = normal[0] * from[0] + normal[1] * from[1] + normal[2] * from[2];
+    let towards = normal[0] * ray.shear[0] + normal[1] * ray.shear[1] + normal[2];
+    (normal != [0.0; 3]).then_some(above / (towards * ray.depth))
+}
+
+/// The normal of a triangle between two edges, as long as they make it; each component is right to two roundings.
+fn normal([e, f]: [[f64; 3]; 2]) -> [f64; 3] {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+        // a·b − c·d (Kahan; Jeannerod, Louvet and Muller 2013).
+        let product = e[j] * f[i];
+        e[i].mul_add(f[j], -product) - e[j].mul_add(f[i], -product)
+    })
 }
 
 /// Which side of the edge between two corners the ray is on.
@@ -112,6 +175,60 @@ mod tests {
         assert_eq!(p[0] * q[1], p[1] * q[0]);
         assert!(edge(p, q) > 0.0, "(1 + ε)² − (1 + 2ε) = ε²");
         assert_eq!(edge(p, q), -edge(q, p));
+    }
+
+    /// A needle of aspect 10⁶: how far the plane is, is known to the last places, from wherever the needle is seen; a line is not hit.
+    #[test]
+    fn needles_are_where_they_are() {
+        let corners =
+            [DVec3::new(0.3, -0.2, 0.1), DVec3::new(1.1, 0.5, -0.3), DVec3::new(1.1 + 6e-7, 0.5 - 4e-7, -0.3 + 7e-7)];
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[1]).normalize();
+        let mut hits = 0;
+        for i in 0..1000 {
+            let weight = (f64::from(i) + 0.5) / 1000.0;
+            let point = corners[0].lerp(corners[1].lerp(corners[2], 0.5), weight);
+            let origin = point + normal * 1e-12;
+            let direction = (normal * 0.3 + normal.any_orthonormal_vector() * (weight - 0.5)).as_vec3().as_dvec3();
+            // Away from the plane, and towards it.
+            for turn in 0..3 {
+                let mut corners = corners;
+                corners.rotate_left(turn);
+                assert!(cross(&Sheared::new(origin, direction), corners).is_none_or(|hit| hit.t < 0.0), "{weight}");
+                let Some(hit) = cross(&Sheared::new(origin, -direction), corners) else { continue };
+                hits += 1;
+                let height = hit.t * direction.dot(normal);
+                assert!((height - 1e-12).abs() < 2e-15, "{weight}: {height:e}");
+            }
+        }
+        assert!(hits > 2700, "{hits}");
+        let line = [corners[0], corners[0] + DVec3::new(0.25, 0.5, 1.0), corners[0] + DVec3::new(0.5, 1.0, 2.0)];
+        let exact = line.map(|corner| corner.as_vec3().as_dvec3());
+        let exact = [exact[0], exact[1], exact[1] * 2.0 - exact[0]];
+        let aim = exact[0].lerp(exact[2], 0.3);
+        for i in 0..100 {
+            let from = aim + DVec3::new(f64::from(i), 37.0, -11.0);
+            assert_eq!(cross(&Sheared::new(from, aim - from), exact), None);
+        }
+    }
+
+    /// A ray in the plane of a triangle: rounding alone decides whether it is hit, but where it is hit, a point of the triangle is named.
+    #[test]
+    fn triangles_seen_edge_on_are_hit_where_they_are() {
+        let corners = [DVec3::new(1.0, -2.0, -1.0), DVec3::new(0.0, -1.0, 1.0), DVec3::new(1.0, -3.0, 0.0)];
+        let mut hits = 0;
+        for i in 0..1000 {
+            let [u, v] = [f64::from(i % 31) / 31.0, f64::from(i % 37) / 37.0];
+            let aim = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * (v * (1.0 - u));
+            let origin = corners[0] * 3.0 - corners[1] * 1.1 - corners[2] * 0.9;
+            let ray = Sheared::new(origin, aim - origin);
+            let Some(hit) = cross(&ray, corners) else { continue };
+            hits += 1;
+            let reported = origin + (aim - origin) * hit.t;
+            let by_weights = corners[0] * (1.0 - hit.u - hit.v) + corners[1] * hit.u + corners[2] * hit.v;
+            assert!(reported.distance(by_weights) < 1e-14, "{reported} {by_weights}");
+            assert!(hit.u >= 0.0 && hit.v >= 0.0 && hit.u + hit.v <= 1.0, "{hit:?}");
+        }
+        assert!(hits > 100, "{hits}");
     }
 
     fn vector() -> impl Strategy<Value = [f32; 3]> {

@@ -6,7 +6,7 @@ use crate::cli::args::{LEAF_FORMATS, NODE_FORMATS, PRECISIONS, QUALITIES, SAMPLE
 use crate::cli::resolve::ADAPTIVE_REPLICATES;
 use crate::cli::values::{self, chosen, whole_in};
 use crate::error::{Error, Result};
-use crate::options::{Accel, Adaptive, Area, Confidence, Intersection, NodeFormat, RenderOptions, Sampler};
+use crate::options::{Accel, Adaptive, Area, Confidence, Intersection, NodeFormat, RenderOptions, Sampler, Trust};
 use crate::trade::Configuration;
 
 /// Something that can be varied.
@@ -79,28 +79,22 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "adaptive",
-        help: "off, BATCH:TOLERANCE: as -a; the same precision everywhere, for error² × 2.2 at × 0.92 the time (16:0.1)",
-        set: |options, text| {
-            // As -a does: the rule has to know how far sequences are apart.
-            if text != "off" && options.sampler != Sampler::Independent && options.replicates == 1 {
-                options.replicates = ADAPTIVE_REPLICATES;
-            }
-            put(&mut options.adaptive, adaptive(text))
-        },
+        help: "off, BATCH:TOLERANCE: as -a; 16:0.1 takes × 0.89 the samples for error² × 1.12, × 0.94 that of as many spread evenly",
+        set: |options, text| put(&mut options.adaptive, adaptive(text)),
     },
     Knob {
         name: "tolerance",
-        help: "that of adaptive sampling: 0.05 takes × 1.06 for error² × 0.91, 0.2 × 0.62 for × 2.1 of those of 0.1",
+        help: "that of adaptive sampling: 0.05 takes × 1.12 the samples for error² × 0.89, 0.2 × 0.61 for × 1.8 of those of 0.1",
         set: |options, text| put(&mut rule(options)?.tolerance, values::positive(text)),
     },
     Knob {
         name: "confidence",
-        help: "z, t: the quantile of adaptive sampling; z stops earlier, by × 0.97 the time",
+        help: "z, t: the quantile of adaptive sampling; they differ where few pixels are judged together",
         set: |options, text| put(&mut rule(options)?.confidence, chosen(CONFIDENCES, text)),
     },
     Knob {
         name: "batch",
-        help: "samples between tests of adaptive sampling: 8 error² × 1.05, 32 × 0.94 of those of 16, at × 1.06 and × 1.02 the time",
+        help: "samples between tests of adaptive sampling: 8 error² × 1.04, 32 × 0.96 of those of 16, for × 0.98 and × 1.06 the samples",
         set: |options, text| {
             let (rule, batch) = (rule(options)?, whole_in(text, 1..=MAX_SAMPLES)?);
             // Unless another least number of samples was asked for, it is the batch.
@@ -113,18 +107,31 @@ pub const KNOBS: &[Knob] = &[
     },
     Knob {
         name: "adaptive-tests",
-        help: "batches, doubling: fewer tests, fewer passed by luck; the same time, error² × 0.93",
+        help: "batches, doubling: fewer tests, fewer passed by luck; × 1.06 the samples, error² × 0.96",
         set: |options, text| put(&mut rule(options)?.tests, chosen(TESTS, text)),
     },
     Knob {
         name: "adaptive-trust",
-        help: "once, twice, halves: bias of stopping for samples; twice error² × 0.92, halves × 1.01 at the same time",
-        set: |options, text| put(&mut rule(options)?.trust, chosen(TRUSTS, text)),
+        help: "once, twice, halves: bias of stopping for samples; twice × 1.09 the samples, error² × 0.92; halves needs 16 replicates",
+        set: |options, text| {
+            put(&mut rule(options)?.trust, chosen(TRUSTS, text))?;
+            several_sequences(options);
+            Ok(())
+        },
     },
     Knob {
         name: "adaptive-area",
-        help: "pixel, tile: a tile's interval is known better, and stops it without bias; pixel × 0.94 the time, error² × 1.04",
-        set: |options, text| put(&mut rule(options)?.area, chosen(AREAS, text)),
+        help: "pixel, tile: a tile's interval is known better, and stops it without bias; pixel needs 16 replicates, for error² × 2",
+        set: |options, text| {
+            put(&mut rule(options)?.area, chosen(AREAS, text))?;
+            several_sequences(options);
+            Ok(())
+        },
+    },
+    Knob {
+        name: "adaptive-floor",
+        help: "luminance of which darker parts count as about as much: 0.01 takes × 1.10 the samples for error² × 0.91 of those of 0.1",
+        set: |options, text| put(&mut rule(options)?.floor, values::positive(text)),
     },
     Knob {
         name: "intersection",
@@ -179,8 +186,17 @@ fn adaptive(text: &str) -> std::result::Result<Option<Adaptive>, String> {
         confidence: Confidence::default(),
         min_samples: batch.max(2),
         area: Area::default(),
+        floor: Adaptive::FLOOR,
         ..Adaptive::COURSE
     }))
+}
+
+/// As the command line does: a pixel by itself, or a half by the other, is judged by how far sequences are apart.
+fn several_sequences(options: &mut RenderOptions) {
+    let each = options.adaptive.is_some_and(|rule| rule.area == Area::Pixel || rule.trust == Trust::Halves);
+    if each && options.sampler != Sampler::Independent && options.replicates == 1 {
+        options.replicates = ADAPTIVE_REPLICATES;
+    }
 }
 
 fn rule(options: &mut RenderOptions) -> std::result::Result<&mut Adaptive, String> {
@@ -309,6 +325,7 @@ mod tests {
             ("adaptive-tests", "doubling"),
             ("adaptive-trust", "halves"),
             ("adaptive-area", "pixel"),
+            ("adaptive-floor", "0.01"),
         ];
         assert_eq!(values.len(), KNOBS.len());
         let adaptive = RenderOptions { adaptive: adaptive("8:0.2").unwrap(), ..RenderOptions::default() };

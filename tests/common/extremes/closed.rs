@@ -4,17 +4,18 @@
 //! origin lies inside, farther from the surface than the bound, the mesh leaks.
 
 use super::judged::{departing, leave};
-use super::oracle::{BOUND, distance, truthful, winding};
-use super::scenes::{Aim, Place, aimed, place_solid, target, towards};
+use super::oracle::{self, BOUND, distance, truthful, winding};
+use super::scenes::{Aim, Place, aimed, onwards, place_solid, target, towards};
 use super::solids::Solid;
 use super::subjects::{self, Subject};
 use super::tally::{Row, Tally};
 use crate::common::rays::Random;
-use comber::bench::rays::Rays;
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::peer::embree::library::Device;
+use comber::scene::Scene;
+use comber::scene::origin::Origin;
 use comber::scene::shapes::Shapes;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// Most paths that advance together.
@@ -28,14 +29,15 @@ const ANY: usize = 4;
 
 /// About `count` rays of each subject that `choose` takes, by number.
 pub fn cell(solid: &Solid, at: Place, count: u64, seed: u64, subjects: impl Fn(&Shapes) -> Vec<Subject>) -> Vec<Row> {
-    let shapes = place_solid(solid, at);
-    let all = shapes.positions.iter();
-    let (low, high) = all.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+    let scene = Scene { shapes: place_solid(solid, at), ..Scene::default() };
+    let shapes = &scene.shapes;
+    let all = (0..shapes.triangles.len() as u32).flat_map(|prim| shapes.corners_in_double(prim));
+    let (low, high) = all.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
     let row = |subject: Subject| {
         let mut walk = Walk {
             solid,
             at,
-            shapes: &shapes,
+            scene: &scene,
             low,
             high,
             random: Random(seed ^ (subject.number() as u64) << 56),
@@ -46,17 +48,18 @@ pub fn cell(solid: &Solid, at: Place, count: u64, seed: u64, subjects: impl Fn(&
             case: solid.name,
             scale: at.scale,
             distance: at.distance,
+            fine: at.fine,
             subject: subject.number(),
             walk: false,
             tally: walk.tally,
         }
     };
-    subjects(&shapes).into_iter().map(row).collect()
+    subjects(shapes).into_iter().map(row).collect()
 }
 
-/// All subjects.
-pub fn everyone(embree: Option<&Arc<Device>>) -> impl Fn(&Shapes) -> Vec<Subject> {
-    move |shapes| subjects::all(shapes, embree)
+/// All subjects that can be asked.
+pub fn everyone(at: Place, embree: Option<&Arc<Device>>) -> impl Fn(&Shapes) -> Vec<Subject> {
+    move |shapes| subjects::all(shapes, at, embree)
 }
 
 /// comber's watertight test, on nodes of both formats.
@@ -64,27 +67,33 @@ pub fn watertight(shapes: &Shapes) -> Vec<Subject> {
     [0, 1].into_iter().filter_map(|number| subjects::comber(shapes, number)).collect()
 }
 
+/// A ray of a path, what it left, and on which side.
+#[derive(Clone, Copy)]
+struct Path {
+    ray: Ray,
+    from: u32,
+    side: i32,
+}
+
 struct Walk<'a> {
     solid: &'a Solid,
     at: Place,
-    shapes: &'a Shapes,
+    scene: &'a Scene,
     /// The box around the mesh.
-    low: Vec3,
-    high: Vec3,
+    low: DVec3,
+    high: DVec3,
     random: Random,
     tally: Tally,
 }
 
 impl Walk<'_> {
     fn run(&mut self, subject: &Subject, count: u64) {
-        // What each path left: nothing at first.
-        let mut paths: Vec<(Ray, u32)> = (0..PATHS.min(count.div_ceil(STEPS))).map(|_| self.start()).collect();
+        let mut paths: Vec<Path> = (0..PATHS.min(count.div_ceil(STEPS))).map(|_| self.start()).collect();
         // Not the same kernels first in every cell.
         let mut turn = self.random.below(1 << 16);
         while self.tally.rays < count {
-            let mut rays = Rays::default();
-            paths.iter().for_each(|(ray, _)| rays.push(*ray));
-            let hits = subject.closest(&rays, self.shapes, turn);
+            let rays: Vec<Ray> = paths.iter().map(|path| path.ray).collect();
+            let hits = subject.closest(&rays, &self.scene.shapes, turn);
             self.tally.rays += paths.len() as u64;
             self.tally.traced += paths.len() as u64;
             if turn.is_multiple_of(ANY) {
@@ -94,17 +103,21 @@ impl Walk<'_> {
                 }
             }
             for (path, hit) in paths.iter_mut().zip(&hits) {
-                *path = self.settle(*path, hit, || subject.kernel(turn));
+                *path = self.settle(*path, hit, subject, turn);
             }
             turn += 1;
         }
     }
 
     /// Judges a ray, and gives the next of its path.
-    fn settle(&mut self, (ray, from): (Ray, u32), hit: &Hit, kernel: impl Fn() -> String) -> (Ray, u32) {
+    fn settle(&mut self, Path { ray, from, side }: Path, hit: &Hit, subject: &Subject, turn: usize) -> Path {
+        let (shapes, kernel) = (&self.scene.shapes, || subject.kernel(turn));
         self.tally.left += u64::from(from != MISS);
         if !hit.is_some() {
             self.nothing(&ray, from, kernel);
+            return self.start();
+        }
+        if hit.prim == from && oracle::returns(&ray, hit, shapes, side) {
             return self.start();
         }
         let tally = &mut self.tally;
@@ -113,43 +126,45 @@ impl Walk<'_> {
             tally.fail(|| format!("self-hit: {}: {ray:?} {hit:?}", kernel()));
             return self.start();
         }
-        if !truthful(&ray, hit.t, self.shapes, hit.prim) {
+        if !truthful(&ray, hit.t, shapes, hit.prim) {
             tally.false_hits += 1;
-            tally.fail(|| format!("false hit: {}: {ray:?} {hit:?}", kernel()));
+            tally.fail(|| format!("false hit: {}: {ray:?} {hit:?} {:?}", kernel(), shapes.corners_in_double(hit.prim)));
         }
         if self.random.below(LENGTH) == 0 {
             return self.start();
         }
-        let point = leave(self.shapes, &ray, hit);
-        let (origin, normal): (Vec3, Vec3) = (point.origin.into(), point.geometric.into());
+        let point = leave(self.scene, subject.starts(&ray), &ray, hit);
+        let normal = Vec3::from(point.geometric);
+        let side = oracle::side_of_start(&ray, shapes, hit.prim);
         if self.random.below(3) == 0 {
             // On to a vertex or an edge, exactly as rounded.
             let aim = [Aim::Vertex, Aim::Edge, Aim::Interior][self.random.below(3)];
-            let corners = self.shapes.corners(self.random.below(self.shapes.triangles.len()) as u32);
-            let next = towards(origin.as_dvec3(), target(corners, aim, &mut self.random));
+            let corners = shapes.corners_in_double(self.random.below(shapes.triangles.len()) as u32);
+            let next = onwards(point.origin, target(corners, aim, &mut self.random));
             if let Some(next) = next.filter(|ray| ray.direction.dot(normal) > 0.0 && ray.is_traceable()) {
-                return (next, hit.prim);
+                return Path { ray: next, from: hit.prim, side };
             }
         }
         match departing(&point, &mut self.random) {
-            Some(next) => (next, hit.prim),
+            Some(next) => Path { ray: next, from: hit.prim, side },
             None => self.start(),
         }
     }
 
     /// A ray that hit nothing: a miss, unless its origin is not inside.
     fn nothing(&mut self, ray: &Ray, from: u32, kernel: impl Fn() -> String) {
+        let (origin, shapes) = (oracle::origin(ray), &self.scene.shapes);
         // Most that are outside are so beyond the box.
-        let boxed = (ray.origin.cmpgt(self.low) & ray.origin.cmplt(self.high)).all();
-        let winding = if boxed { winding(ray.origin, self.shapes) } else { 0.0 };
-        let near = |prim: u32| {
-            distance(ray.origin.as_dvec3(), self.shapes.corners(prim)) <= BOUND * self.at.scale.max(reach(ray.origin))
-        };
+        let boxed = (origin.cmpgt(self.low) & origin.cmplt(self.high)).all();
+        let winding = if boxed { winding(origin, shapes) } else { 0.0 };
+        // Fine positions are nowhere as coarse as single precision makes them: the size of the mesh counts alone.
+        let reach = if self.at.fine { self.at.scale } else { self.at.scale.max(origin.abs().element_sum()) };
+        let near = |prim: u32| distance(origin, shapes.corners_in_double(prim)) <= BOUND * reach;
         // Not a number where the origin lies on the surface.
         let inside = winding.abs() > 0.5;
         if !inside {
             self.tally.outside += 1;
-        } else if (0..self.shapes.triangles.len() as u32).any(near) {
+        } else if (0..shapes.triangles.len() as u32).any(near) {
             self.tally.grazed += 1;
         } else {
             self.tally.misses += 1;
@@ -158,27 +173,23 @@ impl Walk<'_> {
     }
 
     /// A ray from inside: anywhere, at a vertex, at an edge, or along an axis.
-    fn start(&mut self) -> (Ray, u32) {
+    fn start(&mut self) -> Path {
+        let shapes = &self.scene.shapes;
         loop {
             let origin = self.at.put(self.solid.inside(&mut self.random));
             let ray = match self.random.below(6) {
-                0 => towards(origin, origin + self.random.vector().as_dvec3() * self.at.scale),
-                1 => aimed(self.shapes, Aim::Axes, self.at, &mut self.random)
-                    .map(|ray| Ray::new(origin.as_vec3(), ray.direction)),
+                0 => towards(self.at, origin, origin + self.random.vector().as_dvec3() * self.at.scale),
+                1 => aimed(shapes, Aim::Axes, self.at, &mut self.random)
+                    .map(|ray| Ray::leaving(Origin::double(self.at.round(origin)), ray.direction.into())),
                 kind => {
                     let aim = [Aim::Vertex, Aim::Edge, Aim::Edge, Aim::Interior][kind - 2];
-                    let corners = self.shapes.corners(self.random.below(self.shapes.triangles.len()) as u32);
-                    towards(origin, target(corners, aim, &mut self.random))
+                    let corners = shapes.corners_in_double(self.random.below(shapes.triangles.len()) as u32);
+                    towards(self.at, origin, target(corners, aim, &mut self.random))
                 }
             };
             if let Some(ray) = ray.filter(Ray::is_traceable) {
-                return (ray, MISS);
+                return Path { ray, from: MISS, side: 0 };
             }
         }
     }
-}
-
-/// The sum of the magnitudes of a point's coordinates.
-fn reach(p: Vec3) -> f64 {
-    p.as_dvec3().abs().element_sum()
 }

@@ -1,7 +1,7 @@
 //! Signs that no rounding can turn: f64 where its error is certainly smaller than the value, exact sums of f64 elsewhere.
 //!
 //! After Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates" (1997): an [`Expansion`] is a sum of
-//! f64 that do not overlap. Coordinates are f32, so no product below leaves the range of f64 (2⁻⁵⁹⁶ to 2⁵²⁰), and none of its errors.
+//! f64 that do not overlap. Coordinates are f32, or sums of two f32, so no product below leaves the range of f64 (2⁻⁵⁹⁶ to 2⁵²⁰), and none of its errors.
 
 use glam::{DVec3, Vec3};
 
@@ -18,8 +18,8 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 impl Expansion {
     /// p − o.
-    pub fn difference(p: f32, o: f32) -> Expansion {
-        Expansion::default().plus_number(f64::from(p)).plus_number(-f64::from(o))
+    pub fn difference(p: f64, o: f64) -> Expansion {
+        Expansion::default().plus_number(p).plus_number(-o)
     }
 
     /// Exactly this number.
@@ -74,7 +74,7 @@ impl Expansion {
 
 type Exact3 = [Expansion; 3];
 
-fn exact_difference(p: Vec3, o: Vec3) -> Exact3 {
+fn exact_difference(p: DVec3, o: DVec3) -> Exact3 {
     std::array::from_fn(|axis| Expansion::difference(p[axis], o[axis]))
 }
 
@@ -119,19 +119,18 @@ fn sign_of(value: f64, error: f64) -> Option<i32> {
 }
 
 /// On which side of the line from `p` to `q` the line through `origin` along `direction` passes: the sign of (p − o) × (q − o) · d.
-pub fn edge_sign(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> i32 {
-    let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
-    let (value, error) = triple(d, p.as_dvec3() - o, q.as_dvec3() - o);
+pub fn edge_sign(origin: DVec3, direction: Vec3, p: DVec3, q: DVec3) -> i32 {
+    let direction = direction.as_dvec3();
+    let (value, error) = triple(direction, p - origin, q - origin);
     sign_of(value, error).unwrap_or_else(|| {
         let cross = exact_cross(&exact_difference(p, origin), &exact_difference(q, origin));
-        exact_dot(&cross, &exact_difference(direction, Vec3::ZERO)).sign()
+        exact_dot(&cross, &exact_difference(direction, DVec3::ZERO)).sign()
     })
 }
 
 /// The sign of (a − o) · (b − o) × (c − o): on which side of a triangle's plane the point lies.
-pub fn side(origin: Vec3, [a, b, c]: [Vec3; 3]) -> i32 {
-    let o = origin.as_dvec3();
-    let (value, error) = triple(a.as_dvec3() - o, b.as_dvec3() - o, c.as_dvec3() - o);
+pub fn side(origin: DVec3, [a, b, c]: [DVec3; 3]) -> i32 {
+    let (value, error) = triple(a - origin, b - origin, c - origin);
     sign_of(value, error).unwrap_or_else(|| {
         let [a, b, c] = [a, b, c].map(|corner| exact_difference(corner, origin));
         exact_dot(&a, &exact_cross(&b, &c)).sign()
@@ -139,17 +138,17 @@ pub fn side(origin: Vec3, [a, b, c]: [Vec3; 3]) -> i32 {
 }
 
 /// The sign of r²·d² − |(c − o) × d|²: whether a line meets a sphere.
-pub fn sphere_sign(origin: Vec3, direction: Vec3, center: Vec3, radius: f32) -> i32 {
+pub fn sphere_sign(origin: DVec3, direction: Vec3, center: DVec3, radius: f64) -> i32 {
     let f = exact_difference(center, origin);
-    let d = exact_difference(direction, Vec3::ZERO);
+    let d = exact_difference(direction.as_dvec3(), DVec3::ZERO);
     let cross = exact_cross(&f, &d);
-    let r = Expansion::of(f64::from(radius));
+    let r = Expansion::of(radius);
     r.times(&r).times(&exact_dot(&d, &d)).minus(&exact_dot(&cross, &cross)).sign()
 }
 
 /// The sign of |c − o|² − r²: 1 if the point lies outside of the sphere.
-pub fn outside_sphere(origin: Vec3, center: Vec3, radius: f32) -> i32 {
+pub fn outside_sphere(origin: DVec3, center: DVec3, radius: f64) -> i32 {
     let f = exact_difference(center, origin);
-    let r = Expansion::of(f64::from(radius));
+    let r = Expansion::of(radius);
     exact_dot(&f, &f).minus(&r.times(&r)).sign()
 }

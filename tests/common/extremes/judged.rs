@@ -1,17 +1,17 @@
 //! The grid of loose triangles and spheres: every ray judged by every primitive, exactly.
 
-use super::exact;
 use super::oracle::{self, Crossing, bound};
 use super::scenes::{Case, Place, aimed, place};
 use super::subjects::{self, Subject};
 use super::tally::{Row, Tally};
 use crate::common::rays::Random;
-use comber::bench::rays::Rays;
 use comber::bvh::ray::{Hit, Ray};
 use comber::peer::embree::library::Device;
 use comber::sampling::lanes::V3;
-use comber::scene::shapes::{Shapes, Sphere};
-use comber::scene::surface::{SurfacePoint, on_sphere, on_triangle};
+use comber::scene::Scene;
+use comber::scene::origin::Origin;
+use comber::scene::surface::SurfacePoint;
+use comber::transport;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -20,20 +20,21 @@ const BATCH: usize = 512;
 /// Largest coordinate of a ray's origin: comber is good up to about 10¹⁸, and Embree's assertions end the process beyond 1.8 · 10¹⁸.
 const LARGEST: f32 = 1e18;
 
-/// A cell of the grid: about `count` rays by all subjects.
+/// A cell of the grid: about `count` rays by all subjects that can be asked.
 pub fn cell(case: &Case, at: Place, count: u64, seed: u64, embree: Option<&Arc<Device>>) -> Vec<Row> {
     let mut random = Random(seed);
-    let shapes = place(case, at, &mut random);
-    let subjects = subjects::all(&shapes, embree);
+    let scene = Scene { shapes: place(case, at, &mut random), ..Scene::default() };
+    let shapes = &scene.shapes;
+    let subjects = subjects::all(shapes, at, embree);
     let mut tallies = vec![Tally::default(); subjects.len()];
     // Not the same kernels first in every cell.
     let first = (seed >> 40) as usize;
     for turn in first..first + count.div_ceil(BATCH as u64) as usize {
-        let mut rays = Rays::default();
+        let mut rays = Vec::new();
         // Where f32 has hardly any points left, origins and targets coincide often.
         for _ in 0..4 * BATCH {
             if rays.len() < BATCH
-                && let Some(ray) = aimed(&shapes, case.aim, at, &mut random).filter(Ray::is_traceable)
+                && let Some(ray) = aimed(shapes, case.aim, at, &mut random).filter(Ray::is_traceable)
                 && ray.origin.abs().max_element() <= LARGEST
             {
                 rays.push(ray);
@@ -42,12 +43,13 @@ pub fn cell(case: &Case, at: Place, count: u64, seed: u64, embree: Option<&Arc<D
         if rays.is_empty() {
             break;
         }
-        judge(&shapes, &subjects, &rays, turn, &mut random, &mut tallies);
+        judge(&scene, &subjects, &rays, turn, &mut random, &mut tallies);
     }
     let row = |(subject, tally): (&Subject, Tally)| Row {
         case: case.name,
         scale: at.scale,
         distance: at.distance,
+        fine: at.fine,
         subject: subject.number(),
         walk: false,
         tally,
@@ -57,16 +59,17 @@ pub fn cell(case: &Case, at: Place, count: u64, seed: u64, embree: Option<&Arc<D
 
 /// Traces a batch by all subjects, and rays that leave what it hit.
 pub fn judge(
-    shapes: &Shapes,
+    scene: &Scene,
     subjects: &[Subject],
-    rays: &Rays,
+    rays: &[Ray],
     turn: usize,
     random: &mut Random,
     tallies: &mut [Tally],
 ) {
+    let shapes = &scene.shapes;
     let mut truth: Vec<Vec<Crossing>> = vec![Vec::new(); rays.len()];
-    for (row, crossings) in truth.iter_mut().enumerate() {
-        oracle::crossings(&rays.all().ray(row), shapes, crossings);
+    for (ray, crossings) in rays.iter().zip(&mut truth) {
+        oracle::crossings(ray, shapes, crossings);
     }
     for (subject, tally) in subjects.iter().zip(tallies) {
         let hits = subject.closest(rays, shapes, turn);
@@ -74,34 +77,36 @@ pub fn judge(
         let told = |what: &str, ray: &Ray, hit: &Hit| format!("{what}: {}: {ray:?} {hit:?}", subject.kernel(turn));
         tally.rays += rays.len() as u64;
         tally.traced += 2 * rays.len() as u64;
-        let mut leaving = Rays::default();
+        let mut leaving = Vec::new();
         let mut left = Vec::new();
         for (row, hit) in hits.iter().enumerate() {
-            let (ray, truth) = (rays.all().ray(row), &truth[row]);
+            let (ray, truth) = (&rays[row], &truth[row]);
             let seen = if hit.is_some() { f64::from(hit.t) } else { f64::INFINITY };
             let missed = |c: &Crossing| c.certain && seen > c.t + 2.0 * c.slack;
             if truth.iter().any(missed) || (!occluded[row] && truth.iter().any(|c| c.certain)) {
                 tally.misses += 1;
-                tally.fail(|| format!("{} {truth:?}", told("miss", &ray, hit)));
+                tally.fail(|| format!("{} {truth:?}", told("miss", ray, hit)));
             } else if !hit.is_some() && !truth.is_empty() {
                 tally.grazed += 1;
             }
             // Occlusion is false where the closest hit is, or where there is none at all and nothing near.
-            let near = |prim: u32| oracle::passes(&ray, shapes, prim) <= bound(&ray, shapes, prim);
-            let lie = hit.is_some() && !oracle::truthful(&ray, hit.t, shapes, hit.prim);
+            let near = |prim: u32| oracle::passes(ray, shapes, prim) <= bound(ray, shapes, prim);
+            let lie = hit.is_some() && !oracle::truthful(ray, hit.t, shapes, hit.prim);
             let shade = occluded[row] && !hit.is_some() && truth.is_empty();
             if lie || (shade && !(0..shapes.prim_count() as u32).any(near)) {
                 tally.false_hits += 1;
-                tally.fail(|| format!("{} {truth:?}", told("false hit", &ray, hit)));
+                let prim = hit.prim as usize;
+                let corners = (prim < shapes.triangles.len()).then(|| shapes.corners_in_double(hit.prim));
+                tally.fail(|| format!("{} {truth:?} {corners:?}", told("false hit", ray, hit)));
             } else if hit.is_some() {
-                let point = leave(shapes, &ray, hit);
+                let point = leave(scene, subject.starts(ray), ray, hit);
                 if !Vec3::from(point.geometric).is_finite() {
                     tally.left += 1;
                     tally.self_hits += 1;
-                    tally.fail(|| told("no normal", &ray, hit));
+                    tally.fail(|| told("no normal", ray, hit));
                 } else if let Some(ray) = departing(&point, random) {
                     leaving.push(ray);
-                    left.push(*hit);
+                    left.push((*hit, oracle::side_of_start(&rays[row], shapes, hit.prim)));
                 }
             }
         }
@@ -109,30 +114,23 @@ pub fn judge(
             continue;
         }
         tally.left += left.len() as u64;
-        for ((row, again), from) in subject.closest(&leaving, shapes, turn).iter().enumerate().zip(&left) {
-            let ray = leaving.all().ray(row);
-            if again.prim == from.prim && !returns(&ray, again, shapes) {
+        for ((ray, again), (from, side)) in leaving.iter().zip(subject.closest(&leaving, shapes, turn)).zip(&left) {
+            if again.prim == from.prim && !oracle::returns(ray, &again, shapes, *side) {
                 tally.self_hits += 1;
-                tally.fail(|| format!("{} from {from:?}", told("self-hit", &ray, again)));
+                tally.fail(|| format!("{} from {from:?}", told("self-hit", ray, &again)));
             }
         }
     }
 }
 
-/// Where rays leave a hit, as the renderer has it.
-pub fn leave(shapes: &Shapes, ray: &Ray, hit: &Hit) -> SurfacePoint<f32> {
-    match oracle::sphere(shapes, hit.prim) {
-        Some(sphere) => {
-            let point = ray.origin + ray.direction * hit.t;
-            on_sphere(sphere.center.into(), sphere.radius, point.into(), ray.direction.into())
-        }
-        None => on_triangle(shapes.corners(hit.prim).map(V3::from), hit.u, hit.v, ray.direction.into()),
-    }
+/// Where rays leave a hit, as the renderer has it for rays that start like this.
+pub fn leave(scene: &Scene, from: Origin, ray: &Ray, hit: &Hit) -> SurfacePoint<f32, Origin> {
+    transport::surface_at(scene, hit, from, ray.direction.into())
 }
 
 /// A ray that leaves a surface: one in four 89.9999° from the normal, the others anyhow.
-pub fn departing(point: &SurfacePoint<f32>, random: &mut Random) -> Option<Ray> {
-    let (origin, normal): (Vec3, Vec3) = (point.origin.into(), point.geometric.into());
+pub fn departing(point: &SurfacePoint<f32, Origin>, random: &mut Random) -> Option<Ray> {
+    let normal = Vec3::from(point.geometric);
     let normal = normal.as_dvec3();
     let mut direction = random.vector().as_dvec3().try_normalize()?;
     if random.below(4) == 0 {
@@ -144,16 +142,5 @@ pub fn departing(point: &SurfacePoint<f32>, random: &mut Random) -> Option<Ray> 
     let direction = direction.as_vec3();
     // As the renderer has it: what rounding has put below the horizon does not leave.
     let leaves = V3::from(direction).dot(point.geometric) > 0.0;
-    leaves.then(|| Ray::new(origin, direction)).filter(Ray::is_traceable)
-}
-
-/// Whether a ray that left a sphere on the inside truly meets it again where the tracer says.
-fn returns(ray: &Ray, hit: &Hit, shapes: &Shapes) -> bool {
-    let inside = |sphere: &Sphere| exact::outside_sphere(ray.origin, sphere.center, sphere.radius) < 0;
-    if !oracle::sphere(shapes, hit.prim).is_some_and(inside) {
-        return false;
-    }
-    let mut truth = Vec::new();
-    oracle::crossings(ray, shapes, &mut truth);
-    truth.iter().any(|c| (c.t - f64::from(hit.t)).abs() <= c.slack + bound(ray, shapes, hit.prim))
+    leaves.then(|| Ray::leaving(point.origin, direction.into())).filter(Ray::is_traceable)
 }

@@ -1,16 +1,16 @@
 //! What a ray truly hits, and by how much: the judge of every tracer.
 //!
-//! Corners, origins and directions are f32, taken as the rational numbers that they are. A ray *crosses* a closed triangle if no two of its three
+//! Corners and origins are f32, or sums of two f32 (48 bits, for `--precision f64`), directions f32, taken as the rational numbers that they are. A ray *crosses* a closed triangle if no two of its three
 //! edge volumes have different signs and not all are 0 (rays in a triangle's plane do not cross it), at a distance above 0. These signs are exact.
 //!
 //! How much a tracer may err is one bound for all: [`BOUND`] times the largest coordinate of the primitive as seen from the ray's origin. It
 //! is comber's own ([`comber::scene::surface::ROUNDING`]: 32 half-units in the last place), by which its rays leave surfaces.
 
 use super::exact::{edge_sign, outside_sphere, side, sphere_sign, triple};
-use comber::bvh::ray::Ray;
-use comber::scene::shapes::{Shapes, Sphere};
+use comber::bvh::ray::{Hit, Ray};
+use comber::scene::shapes::Shapes;
 use comber::scene::surface::ROUNDING;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 
 /// 32 half-units in the last place of 1.
 pub const BOUND: f64 = ROUNDING as f64;
@@ -26,19 +26,24 @@ pub struct Crossing {
     pub certain: bool,
 }
 
+/// Where a ray starts, all of it.
+pub fn origin(ray: &Ray) -> DVec3 {
+    ray.origin.as_dvec3() + ray.low.as_dvec3()
+}
+
 /// The bound for a ray and a primitive, as a distance.
 pub fn bound(ray: &Ray, shapes: &Shapes, prim: u32) -> f64 {
-    let from = |p: Vec3| (p.as_dvec3() - ray.origin.as_dvec3()).abs().max_element();
+    let from = |p: DVec3| (p - origin(ray)).abs().max_element();
     BOUND
         * match sphere(shapes, prim) {
-            Some(sphere) => from(sphere.center) + f64::from(sphere.radius),
-            None => shapes.corners(prim).map(from).into_iter().fold(0.0, f64::max),
+            Some((center, radius)) => from(center) + radius,
+            None => shapes.corners_in_double(prim).map(from).into_iter().fold(0.0, f64::max),
         }
 }
 
-/// The sphere, if the primitive is one.
-pub fn sphere(shapes: &Shapes, prim: u32) -> Option<&Sphere> {
-    (prim as usize).checked_sub(shapes.triangles.len()).map(|number| &shapes.spheres[number])
+/// Centre and radius of the sphere, if the primitive is one.
+pub fn sphere(shapes: &Shapes, prim: u32) -> Option<(DVec3, f64)> {
+    (prim as usize).checked_sub(shapes.triangles.len()).map(|number| shapes.sphere_in_double(number))
 }
 
 /// All true crossings of a ray.
@@ -54,18 +59,18 @@ pub fn crossings(ray: &Ray, shapes: &Shapes, found: &mut Vec<Crossing>) {
 
 /// The true crossing of a triangle.
 pub fn triangle(ray: &Ray, shapes: &Shapes, prim: u32) -> Option<Crossing> {
-    let corners = shapes.corners(prim);
+    let corners = shapes.corners_in_double(prim);
     let [a, b, c] = corners;
-    let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| edge_sign(ray.origin, ray.direction, p, q));
+    let (o, d) = (origin(ray), ray.direction.as_dvec3());
+    let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| edge_sign(o, ray.direction, p, q));
     if signs.contains(&1) == signs.contains(&-1) {
         return None;
     }
     let turn = if signs.contains(&1) { 1 } else { -1 };
-    if side(ray.origin, corners) * turn <= 0 {
+    if side(o, corners) * turn <= 0 {
         return None;
     }
-    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let seen = corners.map(|corner| corner.as_dvec3() - o);
+    let seen = corners.map(|corner| corner - o);
     let normal = (seen[1] - seen[0]).cross(seen[2] - seen[0]);
     let t = triple(seen[0], seen[1], seen[2]).0 / d.dot(normal);
     let bound = bound(ray, shapes, prim);
@@ -87,16 +92,16 @@ fn outline(d: DVec3, seen: [DVec3; 3]) -> f64 {
 }
 
 fn sphere_crossings(ray: &Ray, shapes: &Shapes, prim: u32, found: &mut Vec<Crossing>) {
-    let Some(&Sphere { center, radius }) = sphere(shapes, prim) else { return };
-    if sphere_sign(ray.origin, ray.direction, center, radius) < 0 {
+    let Some((center, r)) = sphere(shapes, prim) else { return };
+    if sphere_sign(origin(ray), ray.direction, center, r) < 0 {
         return;
     }
-    let (f, d, r) = (center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3(), f64::from(radius));
+    let (f, d) = (center - origin(ray), ray.direction.as_dvec3());
     let (length, bound) = (d.length(), bound(ray, shapes, prim));
     let unit = d / length;
     let past = f.cross(unit).length();
     let half = ((r - past).max(0.0) * (r + past)).sqrt();
-    let outside = outside_sphere(ray.origin, center, radius);
+    let outside = outside_sphere(origin(ray), center, r);
     // What lies behind the origin does not count: from inside the near side, from outside both if the centre lies behind.
     let near = (outside > 0 && f.dot(unit) > 0.0).then(|| f.dot(unit) - half);
     let far = (outside < 0 || near.is_some()).then(|| f.dot(unit) + half);
@@ -113,16 +118,17 @@ pub fn truthful(ray: &Ray, t: f32, shapes: &Shapes, prim: u32) -> bool {
 
 /// How far the point that a hit reports lies from its primitive.
 fn off(ray: &Ray, t: f32, shapes: &Shapes, prim: u32) -> f64 {
-    let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+    // Seen from the ray's origin: far from that of the coordinates, f64 has no place for the point itself.
+    let (o, along) = (origin(ray), ray.direction.as_dvec3() * f64::from(t));
     match sphere(shapes, prim) {
-        Some(sphere) => ((point - sphere.center.as_dvec3()).length() - f64::from(sphere.radius)).abs(),
-        None => distance(point, shapes.corners(prim)),
+        Some((center, radius)) => ((along - (center - o)).length() - radius).abs(),
+        None => distance(along, shapes.corners_in_double(prim).map(|corner| corner - o)),
     }
 }
 
 /// Distance between a point and a triangle.
-pub fn distance(point: DVec3, corners: [Vec3; 3]) -> f64 {
-    let corners = corners.map(|corner| corner.as_dvec3() - point);
+pub fn distance(point: DVec3, corners: [DVec3; 3]) -> f64 {
+    let corners = corners.map(|corner| corner - point);
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
     let inside = [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| p.cross(q).dot(normal) >= 0.0);
@@ -138,17 +144,16 @@ pub fn distance(point: DVec3, corners: [Vec3; 3]) -> f64 {
 }
 
 /// How often a closed mesh winds round a point (van Oosterom and Strackee 1983): 0 outside; not a number on the surface.
-pub fn winding(point: Vec3, shapes: &Shapes) -> f64 {
-    let point = point.as_dvec3();
+pub fn winding(point: DVec3, shapes: &Shapes) -> f64 {
     let solid_angle = |prim: u32| {
-        let [a, b, c] = shapes.corners(prim).map(|corner| corner.as_dvec3() - point);
+        let [a, b, c] = shapes.corners_in_double(prim).map(|corner| corner - point);
         let (x, y, z) = (a.length(), b.length(), c.length());
         let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
         let above = triple(a, b, c).0;
         if above == 0.0 && below <= 0.0 { f64::NAN } else { 2.0 * above.atan2(below) }
     };
     let degenerate = |prim: u32| {
-        let [a, b, c] = shapes.corners(prim).map(|corner| corner.as_dvec3());
+        let [a, b, c] = shapes.corners_in_double(prim);
         (b - a).cross(c - a) == DVec3::ZERO
     };
     let faces = (0..shapes.triangles.len() as u32).filter(|&prim| !degenerate(prim));
@@ -157,14 +162,32 @@ pub fn winding(point: Vec3, shapes: &Shapes) -> f64 {
 
 /// How far a ray's line passes from a primitive; 0 through it.
 pub fn passes(ray: &Ray, shapes: &Shapes, prim: u32) -> f64 {
-    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    if let Some(sphere) = sphere(shapes, prim) {
-        let past = (sphere.center.as_dvec3() - o).cross(d.normalize()).length();
-        return (past - f64::from(sphere.radius)).max(0.0);
+    let (o, d) = (origin(ray), ray.direction.as_dvec3());
+    if let Some((center, radius)) = sphere(shapes, prim) {
+        let past = (center - o).cross(d.normalize()).length();
+        return (past - radius).max(0.0);
     }
-    let corners = shapes.corners(prim);
+    let corners = shapes.corners_in_double(prim);
     let [a, b, c] = corners;
-    let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| edge_sign(ray.origin, ray.direction, p, q));
+    let signs = [(b, c), (c, a), (a, b)].map(|(p, q)| edge_sign(o, ray.direction, p, q));
     let through = signs.contains(&1) != signs.contains(&-1);
-    if through { 0.0 } else { outline(d, corners.map(|corner| corner.as_dvec3() - o)) }
+    if through { 0.0 } else { outline(d, corners.map(|corner| corner - o)) }
+}
+
+/// On which side of a triangle's plane a ray starts; 0 for spheres.
+pub fn side_of_start(ray: &Ray, shapes: &Shapes, prim: u32) -> i32 {
+    if sphere(shapes, prim).is_some() { 0 } else { side(origin(ray), shapes.corners_in_double(prim)) }
+}
+
+/// Whether a ray that left a primitive truly meets it again: a sphere from inside, or a triangle from the side on which `incoming` came, because its
+/// direction, which was right as rounded, points below the surface.
+pub fn returns(ray: &Ray, hit: &Hit, shapes: &Shapes, incoming: i32) -> bool {
+    if let Some((center, radius)) = sphere(shapes, hit.prim) {
+        let mut truth = Vec::new();
+        crossings(ray, shapes, &mut truth);
+        let slack = |c: &Crossing| c.slack + bound(ray, shapes, hit.prim);
+        return outside_sphere(origin(ray), center, radius) < 0
+            && truth.iter().any(|c| (c.t - f64::from(hit.t)).abs() <= slack(c));
+    }
+    incoming != 0 && side_of_start(ray, shapes, hit.prim) == incoming && triangle(ray, shapes, hit.prim).is_some()
 }

@@ -1,9 +1,10 @@
-//! What is traced: shapes of size 1, put somewhere at some scale and rounded to f32, and rays at them.
+//! What is traced: shapes of size 1, put somewhere at some scale and rounded to f32, or to 48 bits, and rays at them.
 
 use super::solids::{Solid, vector};
 use crate::common::rays::Random;
 use comber::bvh::ray::Ray;
-use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
+use comber::scene::origin::Origin;
+use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere, SphereInDouble};
 use glam::{DVec3, Vec3};
 
 /// What rays are aimed at, and from where.
@@ -109,11 +110,13 @@ fn blocks() -> Vec<[DVec3; 3]> {
     triangles
 }
 
-/// Where a scene is: how large, and how far from the origin, in units of its size.
+/// Where a scene is: how large, and how far from the origin, in units of its size; and how finely its positions are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     pub scale: f64,
     pub distance: f64,
+    /// In 48 bits, as `--precision f64` has them.
+    pub fine: bool,
 }
 
 impl Place {
@@ -126,6 +129,11 @@ impl Place {
     pub fn put(self, p: DVec3) -> DVec3 {
         self.center() + p * self.scale
     }
+
+    /// A point as it is stored there.
+    pub fn round(self, p: DVec3) -> DVec3 {
+        if self.fine { Origin::double(p).wide() } else { p.as_vec3().as_dvec3() }
+    }
 }
 
 fn of_one_geometry(mut shapes: Shapes) -> Shapes {
@@ -134,42 +142,49 @@ fn of_one_geometry(mut shapes: Shapes) -> Shapes {
     shapes
 }
 
-/// The shapes of a case, in place.
-pub fn place(case: &Case, place: Place, random: &mut Random) -> Shapes {
-    let (triangles, spheres) = (case.make)(random);
-    of_one_geometry(Shapes {
-        positions: triangles.as_flattened().iter().map(|&p| place.put(p).as_vec3()).collect(),
-        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        spheres: spheres
-            .iter()
-            .map(|&(center, radius)| Sphere {
-                center: place.put(center).as_vec3(),
-                radius: (radius * place.scale) as f32,
-            })
-            .collect(),
+/// Shapes of size 1, in place.
+fn in_place(at: Place, positions: &[DVec3], triangles: Vec<[u32; 3]>, spheres: &[(DVec3, f64)]) -> Shapes {
+    let double: Vec<DVec3> = positions.iter().map(|&p| at.round(at.put(p))).collect();
+    let spheres_double = spheres.iter().map(|&(center, radius)| SphereInDouble {
+        center: at.round(at.put(center)),
+        radius: at.round(DVec3::splat(radius * at.scale)).x,
+    });
+    let spheres_double: Vec<SphereInDouble> = spheres_double.collect();
+    let single = |sphere: &SphereInDouble| Sphere { center: sphere.center.as_vec3(), radius: sphere.radius as f32 };
+    let shapes = Shapes {
+        positions: double.iter().map(|p| p.as_vec3()).collect(),
+        triangles,
+        spheres: spheres_double.iter().map(single).collect(),
         ..Shapes::default()
-    })
+    };
+    of_one_geometry(if at.fine { Shapes { double, spheres_double, ..shapes } } else { shapes })
+}
+
+/// The shapes of a case, in place.
+pub fn place(case: &Case, at: Place, random: &mut Random) -> Shapes {
+    let (triangles, spheres) = (case.make)(random);
+    let numbers = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    in_place(at, triangles.as_flattened(), numbers, &spheres)
 }
 
 /// A solid, in place.
-pub fn place_solid(solid: &Solid, place: Place) -> Shapes {
-    of_one_geometry(Shapes {
-        positions: solid.positions.iter().map(|&p| place.put(p).as_vec3()).collect(),
-        triangles: solid.triangles.clone(),
-        ..Shapes::default()
-    })
+pub fn place_solid(solid: &Solid, at: Place) -> Shapes {
+    in_place(at, &solid.positions, solid.triangles.clone(), &[])
 }
 
-/// From one point to another, as the renderer would: the origin rounded, the direction of unit length, rounded. `None` if they coincide.
-pub fn towards(origin: DVec3, target: DVec3) -> Option<Ray> {
-    let origin = origin.as_vec3();
-    let direction = (target - origin.as_dvec3()).try_normalize()?.as_vec3();
-    Some(Ray::new(origin, direction))
+/// From a point to another, as the renderer would: the direction of unit length, rounded. `None` if they coincide.
+pub fn onwards(origin: Origin, target: DVec3) -> Option<Ray> {
+    let direction = (target - origin.wide()).try_normalize()?.as_vec3();
+    Some(Ray::leaving(origin, direction.into()))
+}
+
+/// As [`onwards`], from a point that is rounded first.
+pub fn towards(at: Place, origin: DVec3, target: DVec3) -> Option<Ray> {
+    onwards(Origin::double(at.round(origin)), target)
 }
 
 /// A random point of a triangle, or of an edge of it, or a vertex: of the rounded triangle, in f64.
-pub fn target(corners: [Vec3; 3], aim: Aim, random: &mut Random) -> DVec3 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+pub fn target([a, b, c]: [DVec3; 3], aim: Aim, random: &mut Random) -> DVec3 {
     let mut weight = || f64::from(random.signed().abs());
     match aim {
         Aim::Vertex => a,
@@ -185,9 +200,9 @@ pub fn target(corners: [Vec3; 3], aim: Aim, random: &mut Random) -> DVec3 {
 /// A ray at shapes in place.
 pub fn aimed(shapes: &Shapes, aim: Aim, place: Place, random: &mut Random) -> Option<Ray> {
     if aim == Aim::Sphere {
-        return at_sphere(&shapes.spheres[0], random);
+        return at_sphere(shapes.sphere_in_double(0), place, random);
     }
-    let mut corners = shapes.corners(random.below(shapes.triangles.len()) as u32);
+    let mut corners = shapes.corners_in_double(random.below(shapes.triangles.len()) as u32);
     corners.rotate_left(random.below(3));
     if aim == Aim::Axes {
         return along_axis(corners, place, random);
@@ -197,7 +212,7 @@ pub fn aimed(shapes: &Shapes, aim: Aim, place: Place, random: &mut Random) -> Op
     if random.below(2) == 0 {
         target += vector(random) * (place.scale * 10f64.powi(-(random.below(9) as i32)));
     }
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+    let [a, b, c] = corners;
     let far = if random.below(8) == 0 { 1e3 } else { 1.0 + f64::from(random.signed().abs()) };
     let away = if aim == Aim::Grazing {
         let normal = (b - a).cross(c - a).try_normalize()?;
@@ -206,14 +221,14 @@ pub fn aimed(shapes: &Shapes, aim: Aim, place: Place, random: &mut Random) -> Op
     } else {
         vector(random).try_normalize()?
     };
-    towards(target + away * (far * place.scale), target)
+    towards(place, target + away * (far * place.scale), target)
 }
 
 /// Along an axis or nearly so, through a vertex, in a face of the triangle's box, or anywhere.
-fn along_axis(corners: [Vec3; 3], place: Place, random: &mut Random) -> Option<Ray> {
+fn along_axis(corners: [DVec3; 3], place: Place, random: &mut Random) -> Option<Ray> {
     const TINY: [f32; 6] = [0.0, -0.0, 1e-40, -1e-40, 1e-45, 1e-30];
     let axis = random.below(3);
-    let target = target(corners, [Aim::Vertex, Aim::Edge, Aim::Interior][random.below(3)], random).as_vec3();
+    let target = target(corners, [Aim::Vertex, Aim::Edge, Aim::Interior][random.below(3)], random);
     let mut direction = Vec3::ZERO;
     for other in 0..3 {
         direction[other] = TINY[random.below(TINY.len())];
@@ -222,13 +237,13 @@ fn along_axis(corners: [Vec3; 3], place: Place, random: &mut Random) -> Option<R
     if random.below(4) == 0 {
         direction[(axis + 1) % 3] = random.signed();
     }
-    let back = (place.scale * (0.5 + f64::from(random.signed().abs()))) as f32;
-    Some(Ray::new(target - direction * back, direction))
+    let back = place.scale * (0.5 + f64::from(random.signed().abs()));
+    let origin = place.round(place.round(target) - direction.as_dvec3() * back);
+    Some(Ray::leaving(Origin::double(origin), direction.into()))
 }
 
 /// From inside, near or far, at a point of it, of its outline, or beside it.
-fn at_sphere(sphere: &Sphere, random: &mut Random) -> Option<Ray> {
-    let (center, radius) = (sphere.center.as_dvec3(), f64::from(sphere.radius));
+fn at_sphere((center, radius): (DVec3, f64), at: Place, random: &mut Random) -> Option<Ray> {
     let place = vector(random).try_normalize()?;
     let origin = match random.below(4) {
         0 => center + place * (radius * f64::from(random.signed())),
@@ -236,12 +251,12 @@ fn at_sphere(sphere: &Sphere, random: &mut Random) -> Option<Ray> {
         2 => center + place * (radius * 3.0),
         _ => center + place * (radius * 10f64.powi(random.below(8) as i32)),
     };
-    let origin = origin.as_vec3().as_dvec3();
+    let origin = at.round(origin);
     let across = vector(random).cross(center - origin).try_normalize()?;
     let target = match random.below(3) {
         0 => center + vector(random).try_normalize()? * radius,
         1 => center + across * (radius * (1.0 + 1e-7 * f64::from(random.signed()))),
         _ => center + across * (radius * 1.5 * f64::from(random.signed())),
     };
-    towards(origin, target)
+    towards(at, origin, target)
 }

@@ -1,24 +1,36 @@
-//! Who is judged: comber's triangle tests and node formats, through every kernel in turn, and Embree's two modes.
+//! Who is judged: comber's triangle tests and node formats, through every kernel in turn, its tree in double precision, and Embree's two modes.
 
 use super::exact::{edge_sign, triple};
+use super::oracle;
+use super::scenes::Place;
 use crate::common::rays::kernels;
 use comber::bench::rays::Rays;
 use comber::bvh::ray::{Hit, MISS, Ray};
-use comber::bvh::{Accel, HitColumnsMut, Query, Traversal};
-use comber::options::{AccelOptions, Intersection, LeafFormat, NodeFormat};
+use comber::bvh::{Accel, HitColumnsMut, Query, RayColumns, Traversal};
+use comber::options::{AccelOptions, Intersection, LeafFormat, NodeFormat, Precision};
 use comber::peer::embree::library::{self, Device};
 use comber::peer::embree::modes::Mode;
 use comber::peer::embree::scene::{Quality, Tree};
 use comber::peer::embree::trace::Tracer;
+use comber::scene::origin::Origin;
 use comber::scene::shapes::Shapes;
 use comber::simd::Tier;
 use std::sync::Arc;
 
 /// Names, as the tables have them: full nodes and leaves, or compact ones. Compact nodes with the fast test are refused by comber itself.
-pub const NAMES: [&str; 5] = ["watertight, full", "watertight, compact", "fast, full", "Embree robust", "Embree fast"];
+pub const NAMES: [&str; 6] =
+    ["watertight, full", "watertight, compact", "fast, full", "double", "Embree robust", "Embree fast"];
+
+/// Of [`NAMES`], the tree of `--precision f64`.
+const DOUBLE: usize = 3;
 
 /// How many of [`NAMES`] are comber's.
-pub const OWN: usize = 3;
+pub const OWN: usize = 4;
+
+/// Whether comber promises of a subject that it neither misses nor lies.
+pub fn promised(number: usize) -> bool {
+    matches!(number, 0 | 1 | DOUBLE)
+}
 
 /// A tracer of one scene.
 pub enum Subject {
@@ -34,17 +46,22 @@ pub fn embree() -> Option<Arc<Device>> {
 
 /// A tree of `shapes`; `None` where compact nodes cannot hold the scene, which comber says when they are asked for.
 pub fn comber(shapes: &Shapes, number: usize) -> Option<Subject> {
-    let (intersection, nodes, leaves) = [
-        (Intersection::Watertight, NodeFormat::Full, LeafFormat::Full),
-        (Intersection::Watertight, NodeFormat::Compact, LeafFormat::Compact),
-        (Intersection::Fast, NodeFormat::Full, LeafFormat::Full),
+    let (intersection, nodes, leaves, precision) = [
+        (Intersection::Watertight, NodeFormat::Full, LeafFormat::Full, Precision::F32),
+        (Intersection::Watertight, NodeFormat::Compact, LeafFormat::Compact, Precision::F32),
+        (Intersection::Fast, NodeFormat::Full, LeafFormat::Full, Precision::F32),
+        (Intersection::Watertight, NodeFormat::Auto, LeafFormat::Auto, Precision::F64),
     ][number];
-    let accel = Accel::build(shapes, &AccelOptions { intersection, nodes, leaves, ..AccelOptions::default() });
+    let options = AccelOptions { intersection, nodes, leaves, precision, ..AccelOptions::default() };
+    let accel = Accel::build(shapes, &options);
     accel.ok().map(|accel| Subject::Comber { number, accel: Box::new(accel), kernels: kernels() })
 }
 
-/// All that can trace `shapes`.
-pub fn all(shapes: &Shapes, embree: Option<&Arc<Device>>) -> Vec<Subject> {
+/// All that can trace `shapes`: where positions are fine, only the tree in double precision.
+pub fn all(shapes: &Shapes, at: Place, embree: Option<&Arc<Device>>) -> Vec<Subject> {
+    if at.fine {
+        return comber(shapes, DOUBLE).into_iter().collect();
+    }
     let own = (0..OWN).filter_map(|number| comber(shapes, number));
     let peers = embree.into_iter().flat_map(|device| {
         [(OWN, true), (OWN + 1, false)].map(|(number, robust)| {
@@ -63,6 +80,12 @@ impl Subject {
         }
     }
 
+    /// Where a ray starts, as precisely as the subject knows it: it leaves what it hits accordingly.
+    pub fn starts(&self, ray: &Ray) -> Origin {
+        let low = (self.number() == DOUBLE).then_some(ray.low.into());
+        Origin { high: ray.origin.into(), low }
+    }
+
     /// The kernel that traces batch `turn`, for messages.
     pub fn kernel(&self, turn: usize) -> String {
         match self {
@@ -75,22 +98,22 @@ impl Subject {
     }
 
     /// The closest hits of a batch, by the kernel whose turn it is.
-    pub fn closest(&self, rays: &Rays, shapes: &Shapes, turn: usize) -> Vec<Hit> {
-        let n = rays.len();
+    pub fn closest(&self, rays: &[Ray], shapes: &Shapes, turn: usize) -> Vec<Hit> {
+        let (n, columns) = (rays.len(), Columns::of(rays));
         match self {
             Subject::Comber { accel, kernels, .. } => {
                 let (way, tier) = kernels[turn % kernels.len()];
                 let [mut t, mut u, mut v] = [(); 3].map(|()| vec![0.0; n]);
                 let [mut prim, mut geom] = [(); 2].map(|()| vec![0; n]);
                 let hits = HitColumnsMut { t: &mut t, u: &mut u, v: &mut v, prim: &mut prim, geom: &mut geom };
-                accel.closest_hits(way, tier, rays.all(), hits);
+                accel.closest_hits(way, tier, columns.all(), hits);
                 (0..n).map(|i| Hit { t: t[i], u: u[i], v: v[i], prim: prim[i], geom: geom[i] }).collect()
             }
             Subject::Embree { tree, modes, .. } => {
                 let mut tracer = Tracer::new(tree, Query::Closest, modes[turn % modes.len()], n);
-                let found = tracer.closest_hits(rays.all());
+                let found = tracer.closest_hits(columns.all());
                 let hit = |(row, (t, prim)): (usize, (f32, u32))| {
-                    let [u, v] = weights(&rays.all().ray(row), shapes, prim);
+                    let [u, v] = weights(&rays[row], shapes, prim);
                     Hit { t, u, v, prim, geom: 0 }
                 };
                 found.into_iter().enumerate().map(hit).collect()
@@ -99,18 +122,38 @@ impl Subject {
     }
 
     /// Whether each ray of a batch hits anything, by the kernel whose turn it is.
-    pub fn any(&self, rays: &Rays, turn: usize) -> Vec<bool> {
+    pub fn any(&self, rays: &[Ray], turn: usize) -> Vec<bool> {
+        let columns = Columns::of(rays);
         match self {
             Subject::Comber { accel, kernels, .. } => {
                 let (way, tier) = kernels[turn % kernels.len()];
                 let mut occluded = vec![false; rays.len()];
-                accel.any_hits(way, tier, rays.all(), &mut occluded);
+                accel.any_hits(way, tier, columns.all(), &mut occluded);
                 occluded
             }
             Subject::Embree { tree, modes, .. } => {
-                Tracer::new(tree, Query::Any, modes[turn % modes.len()], rays.len()).any_hits(rays.all())
+                Tracer::new(tree, Query::Any, modes[turn % modes.len()], rays.len()).any_hits(columns.all())
             }
         }
+    }
+}
+
+/// Rays as kernels take them.
+struct Columns {
+    rays: Rays,
+    /// What single precision leaves of the origins.
+    low: [Vec<f32>; 3],
+}
+
+impl Columns {
+    fn of(rays: &[Ray]) -> Columns {
+        let mut columns = Rays::default();
+        rays.iter().for_each(|ray| columns.push(*ray));
+        Columns { rays: columns, low: [0, 1, 2].map(|axis| rays.iter().map(|ray| ray.low[axis]).collect()) }
+    }
+
+    fn all(&self) -> RayColumns<'_> {
+        RayColumns { low: Some(self.low.each_ref().map(Vec::as_slice)), ..self.rays.all() }
     }
 }
 
@@ -119,11 +162,11 @@ fn weights(ray: &Ray, shapes: &Shapes, prim: u32) -> [f32; 2] {
     if prim == MISS || prim as usize >= shapes.triangles.len() {
         return [0.0; 2];
     }
-    let corners = shapes.corners(prim);
-    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let volume = |p: usize, q: usize| match edge_sign(ray.origin, ray.direction, corners[p], corners[q]) {
+    let corners = shapes.corners_in_double(prim);
+    let (o, d) = (oracle::origin(ray), ray.direction.as_dvec3());
+    let volume = |p: usize, q: usize| match edge_sign(o, ray.direction, corners[p], corners[q]) {
         0 => 0.0,
-        _ => triple(d, corners[p].as_dvec3() - o, corners[q].as_dvec3() - o).0,
+        _ => triple(d, corners[p] - o, corners[q] - o).0,
     };
     let volumes = [volume(1, 2), volume(2, 0), volume(0, 1)];
     let sum: f64 = volumes.iter().sum();

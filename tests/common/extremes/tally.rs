@@ -59,6 +59,8 @@ pub struct Row {
     pub case: &'static str,
     pub scale: f64,
     pub distance: f64,
+    /// Whether positions have 48 bits.
+    pub fine: bool,
     pub subject: usize,
     /// Whether its rays are its own: a walk, by no other tracer.
     pub walk: bool,
@@ -70,22 +72,21 @@ impl Row {
     pub fn json(&self) -> Value {
         let Tally { rays, traced, misses, grazed, false_hits, left, self_hits, outside, first } = &self.tally;
         json!({
-            "case": self.case, "scale": self.scale, "distance": self.distance, "walk": self.walk, "subject": NAMES[self.subject],
+            "case": self.case, "scale": self.scale, "distance": self.distance, "fine": self.fine, "walk": self.walk, "subject": NAMES[self.subject],
             "rays": rays, "traced": traced, "misses": misses, "misses_within_bound": grazed,
             "false_hits": false_hits, "left": left, "self_hits": self_hits, "outside": outside, "first": first,
         })
     }
 
     /// The head of `--csv`.
-    pub const CSV: &'static str =
-        "case,scale,distance,walk,subject,rays,traced,misses,misses_within_bound,false_hits,left,self_hits,outside";
+    pub const CSV: &'static str = "case,scale,distance,fine,walk,subject,rays,traced,misses,misses_within_bound,false_hits,left,self_hits,outside";
 
     /// A line for `--csv`.
     pub fn csv(&self) -> String {
         let Tally { rays, traced, misses, grazed, false_hits, left, self_hits, outside, .. } = &self.tally;
         format!(
-            "\"{}\",{:e},{:e},{},\"{}\",{rays},{traced},{misses},{grazed},{false_hits},{left},{self_hits},{outside}",
-            self.case, self.scale, self.distance, self.walk, NAMES[self.subject],
+            "\"{}\",{:e},{:e},{},{},\"{}\",{rays},{traced},{misses},{grazed},{false_hits},{left},{self_hits},{outside}",
+            self.case, self.scale, self.distance, self.fine, self.walk, NAMES[self.subject],
         )
     }
 }
@@ -99,7 +100,7 @@ fn rate(count: u64, of: u64) -> String {
     }
 }
 
-/// A table of the rows with equal `key`, a line each, and three columns a subject: rates of misses, false hits and self-hits.
+/// A table of the rows with equal `key`, a line each, and three columns for each subject that has any: rates of misses, false hits and self-hits.
 pub fn table(title: &str, rows: &[Row], key: impl Fn(&Row) -> String) -> String {
     let mut keys: Vec<String> = Vec::new();
     for row in rows {
@@ -108,15 +109,17 @@ pub fn table(title: &str, rows: &[Row], key: impl Fn(&Row) -> String) -> String 
             keys.push(key);
         }
     }
+    let subjects: Vec<usize> =
+        (0..NAMES.len()).filter(|&subject| rows.iter().any(|row| row.subject == subject)).collect();
     let mut lines = vec![vec![title.to_owned(), "rays".to_owned()]];
-    lines[0].extend(NAMES.iter().map(|name| format!("{name}: miss / false / self")));
+    lines[0].extend(subjects.iter().map(|&subject| format!("{}: miss / false / self", NAMES[subject])));
     for wanted in &keys {
         let sum = |subject: usize| {
             let mut sum = Tally::default();
             rows.iter().filter(|row| row.subject == subject && key(row) == *wanted).for_each(|row| sum.add(&row.tally));
             sum
         };
-        let sums: Vec<Tally> = (0..NAMES.len()).map(sum).collect();
+        let sums: Vec<Tally> = subjects.iter().map(|&subject| sum(subject)).collect();
         let mut line = vec![wanted.clone(), format!("{:.1e}", sums[0].rays as f64)];
         line.extend(sums.iter().map(|sum| match sum.rays {
             0 => "–".into(),

@@ -3,12 +3,16 @@
 //! A bound, not a decision: what the triangle test itself would accept, watertight or not, gets through, and little else. With the unit normal n of
 //! the triangle and r from its first corner to the ray's origin, a ray o + t·d meets the plane where
 //!
-//!     t·(−n·d) = n·r
+//! ```text
+//! t·(−n·d) = n·r
+//! ```
 //!
 //! and there u, the distance from an edge at that corner in units of `height`, is e·(r + t·d) for a vector e within the plane. Times −n·d,
 //! nothing needs a division:
 //!
-//!     u·(−n·d) = (e·r)·(−n·d) + (n·r)·(e·d)
+//! ```text
+//! u·(−n·d) = (e·r)·(−n·d) + (n·r)·(e·d)
+//! ```
 //!
 //! Twice that and what the third edge needs take two thirds of the operations of a test that has to begin with the corners, and every
 //! ray may go its own way.
