@@ -74,7 +74,8 @@ class Comber:
         self.picture = Path(FOLDER.name) / "comber.exr"
         self.command = [args.comber, "render", str(path), *comber_scene(path), "--json", "-o", str(self.picture),
                         "-r", *map(str, size), "-t", str(args.threads), "-m", str(args.depth), "--sampler", sampler,
-                        "--cache", f"{FOLDER.name}/trees", *shlex.split(args.comber_options)]
+                        # Trees that are kept are of one part, as they would not be otherwise.
+                        "--cache", "off", *shlex.split(args.comber_options)]
         # Processor time that is not rendering: reading and writing. The first run keeps the tree for all others.
         self.overhead = float(np.median([self._run("-s", "1", "-m", "0")[1] for _ in range(4)][1:]))
 

@@ -5,10 +5,16 @@
 //! ray ([`Traversal::List`]), they cost less than those nodes do, and the rays that pass beside the mesh, or end before it, never come to its
 //! tree.
 //!
-//! Time of the whole render, and Mray/s of its queues for the closest hit and for any, one tree → parted (AVX-512, `comber profile`):
+//! One tree → parted: time of the whole render (480 × 360, AVX-512, two threads), and
+//! Mray/s a thread of its queues for the closest hit and for any, by `comber profile`:
 //!
-//! | | render | closest | any |
+//! | | render, ms | closest hit | any hit |
 //! |---|--:|--:|--:|
+//! | CBbunny, 64 samples | 4785 → 3668 | 9.9 → 13.3 | 12.2 → 24.3 |
+//! | the dragon in the Cornell box, 16 samples | 1410 → 1088 | 7.7 → 10.8 | 9.7 → 15.6 |
+//!
+//! The grid of compact nodes spans the whole scene: on the tree's own, the camera starts so far outside that the box test of many
+//! rays does not suit its rays (132 ns a camera ray of the dragon, 68 so).
 
 use std::collections::HashSet;
 use std::ops::Range;
