@@ -5,7 +5,7 @@ use crate::measure::units;
 use crate::options::Quality;
 
 /// Bytes that building a tree of so many primitives takes at its peak, beside the scene; the tree itself is part of it. `limited`: of leaves
-/// that are compact for the sake of memory ([`check_compact_blocks`]).
+/// that are compact for the sake of memory (`check_compact_blocks`).
 ///
 /// Measured on a million triangles of surfaces and of loose triangles (`tests/build_memory.rs`) and on 28.9 million of a surface
 /// (`comber info --json --cache off`: 86 bytes each), with a margin of a tenth or more.
