@@ -76,7 +76,7 @@ class Comber:
                         "-r", *map(str, size), "-t", str(args.threads), "-m", str(args.depth), "--sampler", sampler,
                         # Trees that are kept are of one part, as they would not be otherwise.
                         "--cache", "off", *shlex.split(args.comber_options)]
-        # Processor time that is not rendering: reading and writing. The first run keeps the tree for all others.
+        # Processor time that is not rendering: reading, building and writing. The first run, with the files not read yet, does not count.
         self.overhead = float(np.median([self._run("-s", "1", "-m", "0")[1] for _ in range(4)][1:]))
 
     def _run(self, *more):

@@ -336,6 +336,12 @@ impl Quality {
 }
 
 impl AccelOptions {
+    /// Whether the four-wide tree is asked for: of all structures it alone has a file format, parts and compact leaves, and tells how far its
+    /// building has come.
+    pub fn is_four_wide(&self) -> bool {
+        (self.kind, self.precision) == (Accel::Bvh, Precision::F32)
+    }
+
     /// A structure of this kind, all else as by default.
     pub fn of(kind: Accel) -> AccelOptions {
         AccelOptions { kind, ..AccelOptions::default() }

@@ -41,7 +41,7 @@ impl Accel {
 
     /// As [`Accel::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
-        if (options.kind, options.precision) == (options::Accel::Bvh, Precision::F32)
+        if options.is_four_wide()
             && let Some(parted) = Parted::build(shapes, options, tell)?
         {
             return Ok(Accel::Parted(Box::new(parted)));

@@ -11,7 +11,7 @@ use crate::cache::{Cache, Key};
 use crate::error::Result;
 use crate::measure::progress::Progress;
 use crate::measure::units;
-use crate::options::{self, AccelOptions, Precision};
+use crate::options::AccelOptions;
 use crate::scene::shapes::Shapes;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -68,11 +68,6 @@ enum Looked {
     Not(Key),
 }
 
-/// Whether the four-wide tree is asked for: of all structures it alone has a file format, and tells how far its building has come.
-fn is_four_wide(options: &AccelOptions) -> bool {
-    (options.kind, options.precision) == (options::Accel::Bvh, Precision::F32)
-}
-
 impl Wanted<'_> {
     /// Gets the tree. What goes wrong with the cache is a warning: the tree is then built, or not kept.
     pub fn get(&self) -> Result<(Accel, Origin)> {
@@ -122,7 +117,7 @@ impl Wanted<'_> {
 
     /// The cache, if it is meant for such a tree.
     fn cache(&self) -> Option<&Cache> {
-        let kept = is_four_wide(&self.options) && self.shapes.prim_count() > self.storage.cache_above;
+        let kept = self.options.is_four_wide() && self.shapes.prim_count() > self.storage.cache_above;
         self.storage.cache.as_ref().filter(|_| kept)
     }
 
@@ -138,7 +133,7 @@ impl Wanted<'_> {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
             complain(&format!("note: building the tree takes about {needed} of memory, {all} with the scene"));
         }
-        let progress = match is_four_wide(options) {
+        let progress = match options.is_four_wide() {
             true => Progress::new("building", 1, !self.report.quiet),
             false => Progress::busy("building", !self.report.quiet),
         };

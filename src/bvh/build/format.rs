@@ -9,7 +9,7 @@ use crate::bvh::grid_node4::{Grid, GridNode4};
 use crate::bvh::node::Node;
 use crate::bvh::node4::Node4;
 use crate::error::{Error, Result};
-use crate::options::{Accel, AccelOptions, Intersection, LeafFormat, NodeFormat, Precision};
+use crate::options::{AccelOptions, Intersection, LeafFormat, NodeFormat};
 use crate::scene::shapes::Shapes;
 use crate::system::Buffer;
 
@@ -44,8 +44,7 @@ pub fn leaves(options: &AccelOptions) -> Result<(bool, &'static str)> {
 /// Whether leaves that were left to choose may be compact to save memory.
 pub fn may_be_limited(options: &AccelOptions, shapes: &Shapes) -> bool {
     let is_free = options.leaves == LeafFormat::Auto && options.nodes != NodeFormat::Full;
-    let is_tree = (options.kind, options.precision) == (Accel::Bvh, Precision::F32);
-    is_free && is_tree && options.intersection == Intersection::Watertight && is_connected(shapes)
+    is_free && options.is_four_wide() && options.intersection == Intersection::Watertight && is_connected(shapes)
 }
 
 /// Whether neighbours share corners, so that most compact blocks will be full: a closed mesh has half as many vertices as triangles, and

@@ -1,5 +1,6 @@
 //! How much memory a build takes, before it is taken.
 
+use crate::bvh::shared_tri4::SharedTri4;
 use crate::error::{Error, Result};
 use crate::measure::units;
 use crate::options::Quality;
@@ -31,7 +32,7 @@ const COMPACT_BLOCKS: u64 = 52;
 /// An error if compact blocks take more than was predicted of leaves that are compact for the sake of memory. How many there are is
 /// known once the tree is planned, before they are made.
 pub fn check_compact_blocks(blocks: usize, triangles: usize) -> Result<()> {
-    let needed = (blocks * 128) as u64;
+    let needed = (blocks * size_of::<SharedTri4>()) as u64;
     let allowed = triangles as u64 * COMPACT_BLOCKS + 4096;
     if needed <= allowed {
         return Ok(());

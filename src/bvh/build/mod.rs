@@ -92,7 +92,7 @@ impl Bvh4 {
                 shapes,
                 prims,
                 bounds,
-                scene: tight_bounds(shapes, std::slice::from_ref(&(0..all as u32))),
+                scene: if count == all { bounds } else { tight_bounds(shapes, std::slice::from_ref(&(0..all as u32))) },
                 scale: area_scale(&bounds),
                 options: *options,
                 tier: Tier::detect(Simd::Auto)?,
