@@ -50,7 +50,7 @@ impl Parted {
     }
 
     /// Takes the tree from a file, and builds what stands beside it; or tells what is wrong with the file.
-    pub fn load(
+    pub(super) fn load(
         stored: Stored<'_>,
         shapes: &Shapes,
         options: &AccelOptions,
