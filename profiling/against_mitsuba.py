@@ -74,7 +74,7 @@ class Comber:
         self.picture = Path(FOLDER.name) / "comber.exr"
         self.command = [args.comber, "render", str(path), *comber_scene(path), "--json", "-o", str(self.picture),
                         "-r", *map(str, size), "-t", str(args.threads), "-m", str(args.depth), "--sampler", sampler,
-                        # Trees that are kept are of one part, as they would not be otherwise.
+                        # Every run builds its tree, those that measure the overhead too.
                         "--cache", "off", *shlex.split(args.comber_options)]
         # Processor time that is not rendering: reading, building and writing. The first run, with the files not read yet, does not count.
         self.overhead = float(np.median([self._run("-s", "1", "-m", "0")[1] for _ in range(4)][1:]))

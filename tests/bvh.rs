@@ -4,6 +4,8 @@ mod common;
 
 use comber::bvh::ray::{Hit, MISS, Ray};
 use comber::bvh::{Accel, Bvh4, HitColumnsMut, RayColumns, Traversal, TraversalCounts};
+use comber::cache::folder::Found;
+use comber::cache::{Cache, Contents};
 use comber::options::{self, AccelOptions, Intersection, LeafFormat, NodeFormat, Quality};
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere};
 use comber::simd::Tier;
@@ -419,6 +421,18 @@ fn the_fast_test_agrees_with_its_oracle_on_meshes() {
     assert_agrees(&accel, &options, &scene.shapes, &rays(&mut Random(12), &scene.shapes, 3000));
 }
 
+/// What the cache gives back of a tree.
+fn through_the_cache(accel: &Accel, shapes: &Shapes, options: &AccelOptions) -> Accel {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache { folder: folder.path().join("trees"), limit: 1 << 30 };
+    let key = Contents::of(shapes).key(options);
+    cache.store(key, accel.tree().unwrap(), "a scene", options, &|_, _| {}).unwrap();
+    match cache.load(key, shapes, options) {
+        Found::Tree(accel) => *accel,
+        other => panic!("{other:?}"),
+    }
+}
+
 /// Walls around a soup, and a sphere: a scene of which the tree holds but a part. Copies of a triangle of the soup stand on both sides
 /// of it, so that hits at the same distance come from both parts.
 #[test]
@@ -454,8 +468,11 @@ fn a_mesh_in_a_room_agrees_with_the_oracle() {
         let accel = Accel::build(&shapes, &options).unwrap();
         assert_eq!(accel.beside(), 9);
         assert_agrees(&accel, &options, &shapes, &rays);
-        let whole = Accel::build_whole(&shapes, &options, &|_, _| {}).unwrap();
-        assert_eq!((whole.beside(), whole.bounds()), (0, accel.bounds()));
+        assert_eq!(accel.bounds(), Bvh4::build(&shapes, &options).unwrap().bounds());
+        let kept = through_the_cache(&accel, &shapes, &options);
+        assert!(matches!(kept, Accel::Parted(_)));
+        assert_eq!((kept.beside(), kept.bounds()), (9, accel.bounds()));
+        assert_agrees(&kept, &options, &shapes, &rays);
     }
     let accel = tree(&shapes, Quality::Fast);
     assert_eq!(accel.boxes_at_depth(0), [accel.bounds()]);

@@ -3,12 +3,13 @@
 use comber::bvh::{Accel, Bvh4, BvhStats};
 use comber::cache::digest::digest;
 use comber::cache::folder::Found;
-use comber::cache::{Cache, Key};
+use comber::cache::{Cache, Contents, Key};
 use comber::options::{AccelOptions, LeafFormat, NodeFormat};
 use comber::scene::Scene;
 use comber::scene::description::SphereDescription;
 use comber::scene::procedural;
 use comber::scene::shapes::Shapes;
+use comber::scene::stage::{self, Stage};
 use glam::Vec3;
 use serde_json::Value;
 use std::fs::{self, File, OpenOptions};
@@ -20,20 +21,27 @@ use std::time::{Duration, SystemTime};
 mod common;
 use common::rays::Random;
 
-/// A mesh and some spheres.
+/// A mesh and some spheres in it: a scene of one part.
 fn shapes(triangles: u32) -> Shapes {
     let mut scene = procedural::generate(&format!("proc:blob,tris={triangles}")).unwrap();
     scene.spheres = (0..7)
         .map(|i| SphereDescription {
             name: String::new(),
             at: Default::default(),
-            center: Vec3::new(i as f32, 2.0, (i * i) as f32 * 0.1),
-            radius: 0.3,
+            center: Vec3::new(0.1 * i as f32 - 0.3, 0.0, 0.01 * (i * i) as f32),
+            radius: 0.1,
             double: None,
             material: 0,
         })
         .collect();
     Scene::build(scene, Default::default()).unwrap().shapes
+}
+
+/// A mesh in a room: a scene of two parts.
+fn in_a_room(triangles: u32) -> Shapes {
+    let mesh = procedural::generate(&format!("proc:blob,tris={triangles}")).unwrap();
+    let room = stage::place(mesh, Stage::Cornell, Default::default()).unwrap();
+    Scene::build(room.description, Default::default()).unwrap().shapes
 }
 
 /// A folder with one tree in it.
@@ -42,7 +50,7 @@ struct Kept {
     cache: Cache,
     shapes: Shapes,
     options: AccelOptions,
-    tree: Bvh4,
+    accel: Accel,
     key: Key,
     path: PathBuf,
 }
@@ -53,13 +61,25 @@ fn kept(triangles: u32) -> Kept {
 }
 
 fn kept_with(triangles: u32, nodes: NodeFormat, leaves: LeafFormat) -> Kept {
-    let options = AccelOptions { nodes, leaves, ..Default::default() };
+    let kept = kept_of(shapes(triangles), AccelOptions { nodes, leaves, ..Default::default() });
+    assert!(matches!(kept.accel, Accel::Bvh(_)));
+    kept
+}
+
+/// The tree of a room, and what stands beside it.
+fn kept_in_a_room(triangles: u32) -> Kept {
+    let options = AccelOptions { nodes: NodeFormat::Full, ..Default::default() };
+    let kept = kept_of(in_a_room(triangles), options);
+    assert!(matches!(kept.accel, Accel::Parted(_)));
+    kept
+}
+
+fn kept_of(shapes: Shapes, options: AccelOptions) -> Kept {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache { folder: folder.path().join("trees"), limit: 1 << 30 };
-    let shapes = shapes(triangles);
-    let (tree, key) = (Bvh4::build(&shapes, &options).unwrap(), Key::new(&shapes, &options));
-    let path = store(&cache, key, &tree);
-    Kept { _folder: folder, cache, shapes, options, tree, key, path }
+    let (accel, key) = (Accel::build(&shapes, &options).unwrap(), Contents::of(&shapes).key(&options));
+    let path = store(&cache, key, accel.tree().unwrap());
+    Kept { _folder: folder, cache, shapes, options, accel, key, path }
 }
 
 fn store(cache: &Cache, key: Key, tree: &Bvh4) -> PathBuf {
@@ -80,10 +100,18 @@ impl Kept {
     }
 
     fn assert_sound(&self) {
+        assert_eq!(fingerprint(&self.found()), fingerprint(&self.accel));
+    }
+
+    fn found(&self) -> Accel {
         match self.load() {
-            Found::Tree(tree) => assert_eq!(tree.fingerprint(), self.tree.fingerprint()),
+            Found::Tree(accel) => *accel,
             other => panic!("{other:?}"),
         }
+    }
+
+    fn tree(&self) -> &Bvh4 {
+        self.accel.tree().unwrap()
     }
 
     fn bytes(&self) -> Vec<u8> {
@@ -95,8 +123,19 @@ impl Kept {
     }
 }
 
+/// Of the tree, and of how much stands beside it.
+fn fingerprint(accel: &Accel) -> (u64, usize) {
+    (accel.tree().unwrap().fingerprint(), accel.beside())
+}
+
+/// Figures, but for the time that building took, which is not kept phase by phase, and what stands beside the tree is built anew.
+fn figures(accel: &Accel) -> BvhStats {
+    BvhStats { build_seconds: 0.0, phase_seconds: Default::default(), ..accel.stats() }
+}
+
 /// Where the header keeps what.
 const VERSION_AT: usize = 12;
+const BOUNDS_AT: usize = 64;
 const GRID_AT: usize = 88;
 const SECTIONS_AT: usize = 128;
 const SECTION: usize = 40;
@@ -141,11 +180,10 @@ fn get(bytes: &[u8], number: usize, at: usize) -> u32 {
 fn what_was_stored_is_found_and_nothing_else() {
     let kept = kept(3000);
     kept.assert_sound();
-    let Found::Tree(tree) = kept.load() else { unreachable!() };
-    // All but what building took, phase by phase.
-    let expected = BvhStats { phase_seconds: Default::default(), ..kept.tree.stats() };
-    assert_eq!(tree.stats(), expected);
-    assert_eq!(tree.bounds(), kept.tree.bounds());
+    let found = kept.found();
+    assert_eq!(figures(&found), figures(&kept.accel));
+    assert_eq!(found.stats().build_seconds, kept.accel.stats().build_seconds);
+    assert_eq!(found.bounds(), kept.accel.bounds());
     assert!(matches!(kept.cache.load(Key(kept.key.0 ^ 1), &kept.shapes, &kept.options), Found::Nothing));
     let none = Cache { folder: kept.cache.folder.join("none"), limit: 0 };
     assert!(matches!(none.load(kept.key, &kept.shapes, &kept.options), Found::Nothing));
@@ -199,7 +237,7 @@ fn other_versions_are_refused_and_replaced() {
     sign(&mut bytes);
     kept.write(&bytes);
     assert!(kept.damage().contains("it has version"));
-    store(&kept.cache, kept.key, &kept.tree);
+    store(&kept.cache, kept.key, kept.tree());
     kept.assert_sound();
 }
 
@@ -279,14 +317,85 @@ fn trees_that_traversal_could_not_trust_are_refused() {
 }
 
 #[test]
-fn no_signed_file_makes_traversal_fail() {
-    no_signed_file_fails(NodeFormat::Full, LeafFormat::Full);
-    no_signed_file_fails(NodeFormat::Compact, LeafFormat::Full);
-    no_signed_file_fails(NodeFormat::Compact, LeafFormat::Compact);
+fn what_stands_beside_a_tree_is_found_again() {
+    for (nodes, leaves) in [
+        (NodeFormat::Full, LeafFormat::Full),
+        (NodeFormat::Compact, LeafFormat::Full),
+        (NodeFormat::Compact, LeafFormat::Compact),
+    ] {
+        let kept = kept_of(in_a_room(3000), AccelOptions { nodes, leaves, ..Default::default() });
+        let found = kept.found();
+        assert!(matches!(found, Accel::Parted(_)));
+        assert_eq!(fingerprint(&found), fingerprint(&kept.accel));
+        assert_eq!(figures(&found), figures(&kept.accel));
+        assert_eq!(found.bounds(), kept.accel.bounds());
+        assert_eq!((found.node_format(), found.leaf_format()), (kept.accel.node_format(), kept.accel.leaf_format()));
+        assert_eq!(found.row_bytes(), kept.accel.row_bytes());
+    }
 }
 
-fn no_signed_file_fails(nodes: NodeFormat, leaves: LeafFormat) {
-    let kept = kept_with(500, nodes, leaves);
+#[test]
+fn trees_of_other_parts_are_refused() {
+    let kept = kept_in_a_room(3000);
+    let whole = kept.bytes();
+    let beside = kept.accel.beside() as u32;
+    assert!(beside > 0 && kept.shapes.geometries.len() > 2);
+    let geometry = |few: bool| {
+        let found = kept.shapes.geometries.iter().position(|geometry| (geometry.prim_count <= beside) == few);
+        found.unwrap()
+    };
+    let (wall, mesh) = (geometry(true), geometry(false));
+    // A wall in the tree, in the place of one of its triangles.
+    let mut bytes = whole.clone();
+    put(&mut bytes, TRIANGLES, PRIM_AT, kept.shapes.geometries[wall].first_prim);
+    put(&mut bytes, TRIANGLES, GEOM_AT, wall as u32);
+    sign(&mut bytes);
+    kept.write(&bytes);
+    let why = kept.damage();
+    assert!(why.contains("primitives that the tree should not hold"), "{why}");
+    // A tree of one part over the same scene.
+    store(&kept.cache, kept.key, &Bvh4::build(&kept.shapes, &kept.options).unwrap());
+    let why = kept.damage();
+    assert!(why.contains("primitives that the tree should not hold"), "{why}");
+    // The tree of a part, where one of all is due: the same scene, were the walls one with the mesh.
+    let all = &kept.shapes.geometries[mesh];
+    let one =
+        comber::scene::shapes::Geometry { first_prim: 0, prim_count: kept.shapes.prim_count() as u32, ..all.clone() };
+    let joined = Shapes { geometries: vec![one], ..kept.shapes.clone() };
+    assert!(matches!(Accel::build(&joined, &kept.options).unwrap(), Accel::Bvh(_)));
+    let key = Contents::of(&joined).key(&kept.options);
+    assert_ne!(key, kept.key);
+    store(&kept.cache, key, kept.tree());
+    match kept.cache.load(key, &joined, &kept.options) {
+        Found::Damaged(why) => assert!(why.contains("primitives"), "{why}"),
+        other => panic!("{other:?}"),
+    }
+    // A box that keeps rays from the tree.
+    for value in [0f32, f32::NAN, f32::INFINITY] {
+        let mut bytes = whole.clone();
+        bytes[BOUNDS_AT..BOUNDS_AT + 4].copy_from_slice(&value.to_ne_bytes());
+        sign(&mut bytes);
+        kept.write(&bytes);
+        let why = kept.damage();
+        assert!(why.contains("its box"), "{value}: {why}");
+    }
+    for length in [0, 4096, whole.len() - 1, whole.len() - 4096] {
+        kept.write(&whole[..length]);
+        assert!(kept.damage().contains("bytes"), "{length}");
+    }
+    kept.write(&whole);
+    kept.assert_sound();
+}
+
+#[test]
+fn no_signed_file_makes_traversal_fail() {
+    no_signed_file_fails(&kept(500));
+    no_signed_file_fails(&kept_in_a_room(500));
+    no_signed_file_fails(&kept_with(500, NodeFormat::Compact, LeafFormat::Full));
+    no_signed_file_fails(&kept_with(500, NodeFormat::Compact, LeafFormat::Compact));
+}
+
+fn no_signed_file_fails(kept: &Kept) {
     let whole = kept.bytes();
     let sections: Vec<usize> = (0..5).filter(|&number| section(&whole, number).1 > 0).collect();
     let mut random = Random(1);
@@ -301,9 +410,8 @@ fn no_signed_file_fails(nodes: NodeFormat, leaves: LeafFormat) {
         }
         sign(&mut bytes);
         kept.write(&bytes);
-        if let Found::Tree(tree) = kept.load() {
+        if let Found::Tree(accel) = kept.load() {
             used += 1;
-            let accel = Accel::Bvh(*tree);
             let mut single = accel.single();
             for _ in 0..50 {
                 let (origin, direction) = (random.vector() * 3.0, random.vector());
@@ -323,18 +431,18 @@ fn what_is_no_file_is_refused() {
     fs::remove_file(&kept.path).unwrap();
     fs::create_dir(&kept.path).unwrap();
     assert!(kept.damage().contains("not a regular file"));
-    assert!(kept.cache.store(kept.key, &kept.tree, "", &AccelOptions::default(), &|_, _| {}).is_err());
+    assert!(kept.cache.store(kept.key, kept.tree(), "", &AccelOptions::default(), &|_, _| {}).is_err());
     fs::remove_dir(&kept.path).unwrap();
     #[cfg(unix)]
     {
         assert!(Command::new("mkfifo").arg(&kept.path).status().unwrap().success());
         assert!(kept.damage().contains("not a regular file"));
-        store(&kept.cache, kept.key, &kept.tree);
+        store(&kept.cache, kept.key, kept.tree());
         kept.assert_sound();
         let mut permissions = fs::metadata(&kept.path).unwrap().permissions();
         permissions.set_readonly(true);
         fs::set_permissions(&kept.path, permissions).unwrap();
-        store(&kept.cache, kept.key, &kept.tree);
+        store(&kept.cache, kept.key, kept.tree());
         kept.assert_sound();
     }
 }
@@ -349,11 +457,11 @@ fn threads_that_store_load_and_evict_do_not_meet() {
             scope.spawn(move || {
                 for round in 0..12 {
                     match thread {
-                        0 | 1 => drop(store(&kept.cache, kept.key, &kept.tree)),
+                        0 | 1 => drop(store(&kept.cache, kept.key, kept.tree())),
                         // Another name, for which there is not room enough.
-                        2 => drop(store(small, Key(round), &kept.tree)),
+                        2 => drop(store(small, Key(round), kept.tree())),
                         _ => match kept.load() {
-                            Found::Tree(tree) => assert_eq!(tree.fingerprint(), kept.tree.fingerprint()),
+                            Found::Tree(accel) => assert_eq!(fingerprint(&accel), fingerprint(&kept.accel)),
                             Found::Nothing => {}
                             Found::Damaged(why) => panic!("{why}"),
                         },
@@ -368,10 +476,10 @@ fn threads_that_store_load_and_evict_do_not_meet() {
 #[test]
 fn trees_outlive_their_files() {
     let kept = kept(2000);
-    let Found::Tree(tree) = kept.load() else { panic!() };
+    let found = kept.found();
     assert_eq!(kept.cache.clear(|_| true).unwrap().len(), 1);
     assert!(matches!(kept.load(), Found::Nothing));
-    assert_eq!(tree.fingerprint(), kept.tree.fingerprint());
+    assert_eq!(fingerprint(&found), fingerprint(&kept.accel));
 }
 
 fn set_age(path: &Path, age: Duration) {
@@ -385,7 +493,7 @@ fn what_was_used_longest_ago_goes_first() {
     let bytes = kept.bytes().len() as u64;
     let hours = |hours: u64| Duration::from_secs(3600 * hours);
     for key in 1..=4 {
-        set_age(&store(&kept.cache, Key(key), &kept.tree), hours(key as u64));
+        set_age(&store(&kept.cache, Key(key), kept.tree()), hours(key as u64));
     }
     set_age(&kept.path, hours(10));
     // Loading is use.
@@ -398,12 +506,12 @@ fn what_was_used_longest_ago_goes_first() {
     }
     set_age(&left_by_the_dead, hours(2));
     let limited = Cache { limit: 4 * bytes, ..kept.cache.clone() };
-    store(&limited, Key(5), &kept.tree);
+    store(&limited, Key(5), kept.tree());
     let keys: Vec<Key> = limited.entries().unwrap().iter().map(|entry| entry.key).collect();
     assert_eq!(keys, [Key(5), kept.key, Key(1), Key(2)]);
     assert!(!left_by_the_dead.exists() && being_written.exists() && foreign.exists());
     let tiny = Cache { limit: bytes - 1, ..kept.cache.clone() };
-    let refusal = tiny.store(Key(6), &kept.tree, "", &AccelOptions::default(), &|_, _| {}).unwrap_err();
+    let refusal = tiny.store(Key(6), kept.tree(), "", &AccelOptions::default(), &|_, _| {}).unwrap_err();
     assert!(refusal.to_string().contains("--cache-limit"), "{refusal}");
     assert_eq!(limited.entries().unwrap().len(), 4, "a tree that does not fit evicts nothing");
 }
@@ -447,6 +555,17 @@ fn pictures_do_not_depend_on_where_the_tree_comes_from() {
     assert_eq!((source.as_str(), said.as_str()), ("cache", ""));
     assert_eq!(same, file);
     assert!(pictures(folder) == built);
+    assert_eq!(render(folder, &RENDER.replace("--cache trees", "--cache off")).1, None);
+    assert!(pictures(folder) == built);
+    // The walls stand beside the tree, from the cache too.
+    let [plan, cached] = ["off", "trees"].map(|cache| {
+        let output = comber(folder, &format!("info proc:blob,tris=2k -r 40 30 -s 2 --json --cache {cache}"));
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(json["tree"]["source"], if cache == "off" { "built" } else { "cache" });
+        json["plan"].clone()
+    });
+    assert!(plan.to_string().contains("beside the tree"), "{plan}");
+    assert_eq!(plan, cached);
     // Another mesh, another camera, another number of threads.
     assert_eq!(render(folder, &RENDER.replace("2k", "2k,seed=2")).0, "built");
     assert_eq!(render(folder, &format!("{RENDER} --vp 0 1 3 -t 1")).0, "cache");

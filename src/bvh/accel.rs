@@ -11,6 +11,7 @@ use super::double::Double;
 use super::parted::Parted;
 use super::single_ray::SingleRay;
 use super::stats::BvhStats;
+use super::stored::Stored;
 use super::traverse::Traversal;
 use crate::error::Result;
 use crate::options::{self, AccelOptions, Intersection, Precision};
@@ -46,11 +47,6 @@ impl Accel {
         {
             return Ok(Accel::Parted(Box::new(parted)));
         }
-        Accel::build_whole(shapes, options, tell)
-    }
-
-    /// As [`Accel::build_watched`], of one part whatever the scene: what has a file format.
-    pub fn build_whole(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Accel> {
         if options.precision == Precision::F64 {
             return Ok(Accel::Double(match options.kind {
                 options::Accel::Bvh => Double::build(shapes),
@@ -67,15 +63,35 @@ impl Accel {
         }
     }
 
+    /// Takes the four-wide tree from a file, as [`Accel::build`] would make it; or tells what is wrong with the file.
+    pub(crate) fn load(
+        stored: Stored<'_>,
+        shapes: &Shapes,
+        options: &AccelOptions,
+    ) -> std::result::Result<Accel, String> {
+        if let Some(parted) = Parted::load(stored, shapes, options)? {
+            return Ok(Accel::Parted(Box::new(parted)));
+        }
+        let all = 0..shapes.prim_count() as u32;
+        Bvh4::load(stored, &[all], shapes, options).map(Accel::Bvh)
+    }
+
+    /// The four-wide tree, over all primitives or all but those beside it: what a file can keep.
+    pub fn tree(&self) -> Option<&Bvh4> {
+        match self {
+            Accel::Bvh(bvh) => Some(bvh),
+            Accel::Parted(parted) => Some(parted.rest()),
+            Accel::Brute(..) | Accel::Double(_) => None,
+        }
+    }
+
     /// How large a node is, and why; `None` for the oracle.
     pub fn node_format(&self) -> Option<(&'static str, &'static str)> {
         match self {
-            Accel::Bvh(bvh) => Some(bvh.node_format()),
-            Accel::Parted(parted) => Some(parted.rest().node_format()),
             Accel::Double(double) if double.is_tree() => {
                 Some(("56-byte", "positions and boxes are in double precision, as asked"))
             }
-            Accel::Brute(..) | Accel::Double(_) => None,
+            _ => self.tree().map(Bvh4::node_format),
         }
     }
 
@@ -89,30 +105,22 @@ impl Accel {
 
     /// How large a block of triangles is, and why; `None` if there are no blocks.
     pub fn leaf_format(&self) -> Option<(&'static str, &'static str)> {
-        match self {
-            Accel::Bvh(bvh) => Some(bvh.leaf_format()),
-            Accel::Parted(parted) => Some(parted.rest().leaf_format()),
-            Accel::Brute(..) | Accel::Double(_) => None,
-        }
+        self.tree().map(Bvh4::leaf_format)
     }
 
     /// Bytes of a node, and of a block of triangles, or a primitive in double precision; 0 for the oracle, which has neither.
     pub fn row_bytes(&self) -> [usize; 2] {
         match self {
-            Accel::Bvh(bvh) => bvh.row_bytes(),
-            Accel::Parted(parted) => parted.rest().row_bytes(),
-            Accel::Brute(..) => [0; 2],
             Accel::Double(_) => Double::row_bytes(),
+            _ => self.tree().map_or([0; 2], Bvh4::row_bytes),
         }
     }
 
     /// The triangle test.
     pub fn intersection(&self) -> Intersection {
         match self {
-            Accel::Bvh(bvh) => bvh.intersection,
-            Accel::Parted(parted) => parted.rest().intersection,
             Accel::Brute(brute, _) => brute.intersection(),
-            Accel::Double(_) => Intersection::Watertight,
+            _ => self.tree().map_or(Intersection::Watertight, |tree| tree.intersection),
         }
     }
 
@@ -126,11 +134,7 @@ impl Accel {
 
     /// The way through the tree that suits rays of which neighbours go the same way (`coherent`), or do not.
     pub fn suited(&self, query: Query, coherent: bool) -> Traversal {
-        match self {
-            Accel::Bvh(bvh) => bvh.suited(query, coherent),
-            Accel::Parted(parted) => parted.rest().suited(query, coherent),
-            Accel::Brute(..) | Accel::Double(_) => Traversal::Single,
-        }
+        self.tree().map_or(Traversal::Single, |tree| tree.suited(query, coherent))
     }
 
     /// The closest hit of each ray. Counts rays only.

@@ -20,6 +20,7 @@ mod moller_trumbore;
 mod node;
 mod node4;
 mod parted;
+mod parts;
 pub mod ray;
 mod rays4;
 mod shared_tri4;

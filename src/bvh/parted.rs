@@ -15,32 +15,24 @@
 //!
 //! The grid of compact nodes spans the whole scene: on the tree's own, the camera starts so far outside that the box test of many
 //! rays does not suit its rays (132 ns a camera ray of the dragon, 68 so).
-
-use std::collections::HashSet;
-use std::ops::Range;
+//!
+//! A file of the cache holds the tree alone: what stands beside it follows from the scene ([`Parts`]) and is built anew.
 
 use super::aabb::Aabb;
 use super::build::{self, Tell};
 use super::bvh4::Bvh4;
 use super::closest::closer;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
+use super::parts::Parts;
 use super::ray::{Hit, Ray};
 use super::some_rays::{Ends, ROWS, SomeRays};
 use super::stats::BvhStats;
+use super::stored::Stored;
 use super::traverse::{Stack, Traversal};
 use crate::error::Result;
 use crate::options::AccelOptions;
 use crate::scene::shapes::Shapes;
 use crate::simd::Tier;
-
-/// Most primitives that stand beside the tree.
-const FEW: usize = 20;
-
-/// Fewest that make a tree worth the while.
-const MANY: usize = 64;
-
-/// What the tree's surface may be of the whole scene's: the share of rays that come to it.
-const SHARE: f32 = 0.6;
 
 /// The two parts.
 #[derive(Clone, Debug)]
@@ -49,17 +41,28 @@ pub struct Parted {
     rest: Bvh4,
 }
 
-/// Primitives, as runs of numbers.
-type Runs = Vec<Range<u32>>;
-
 impl Parted {
     /// Builds both, if the scene is of that kind.
     pub fn build(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Option<Parted>> {
-        let Some([few, rest]) = part(shapes) else { return Ok(None) };
-        Ok(Some(Parted {
-            few: Bvh4::build_of(shapes, &few, options, &|_, _| {})?,
-            rest: Bvh4::build_of(shapes, &rest, options, tell)?,
-        }))
+        let Some(parts) = Parts::of(shapes) else { return Ok(None) };
+        let rest = Bvh4::build_of(shapes, &parts.rest, Some(parts.scene), options, tell)?;
+        Ok(Some(Parted { few: few(shapes, &parts, options)?, rest }))
+    }
+
+    /// Takes the tree from a file, and builds what stands beside it; or tells what is wrong with the file.
+    pub(super) fn load(
+        stored: Stored<'_>,
+        shapes: &Shapes,
+        options: &AccelOptions,
+    ) -> std::result::Result<Option<Parted>, String> {
+        let Some(parts) = Parts::of(shapes) else { return Ok(None) };
+        let rest = Bvh4::load(stored, &parts.rest, shapes, options)?;
+        // It decides which rays come to the tree.
+        if rest.bounds() != parts.tree {
+            return Err("its box is not that of the primitives it should hold".into());
+        }
+        let few = few(shapes, &parts, options).map_err(|error| error.to_string())?;
+        Ok(Some(Parted { few, rest }))
     }
 
     /// The tree of all but a few.
@@ -178,15 +181,17 @@ impl Parted {
 
     /// What one ray visits on the way to its answer.
     pub fn visits(&self, query: Query, ray: &Ray, stack: &mut Stack) -> TraversalCounts {
-        let mut counts = self.few.visits(query, ray, stack);
-        let beside = self.few.closest_hit(ray, stack);
-        if query == Query::Closest {
-            counts += self.rest.visits(query, &Ray { t_max: ray.t_max.min(beside.t), ..*ray }, stack);
-        } else if !beside.is_some() {
-            counts += self.rest.visits(query, ray, stack);
+        let (beside, mut counts) = self.few.visits(query, ray, stack);
+        if query == Query::Closest || !beside.is_some() {
+            counts += self.rest.visits(query, &Ray { t_max: ray.t_max.min(beside.t), ..*ray }, stack).1;
         }
         TraversalCounts { rays: 1, ..counts }
     }
+}
+
+/// What stands beside the tree. Its grid spans the scene, as that of the tree does.
+fn few(shapes: &Shapes, parts: &Parts, options: &AccelOptions) -> Result<Bvh4> {
+    Bvh4::build_of(shapes, &parts.few, Some(parts.scene), options, &|_, _| {})
 }
 
 /// The way past the few. The control goes one by one there, too.
@@ -195,33 +200,4 @@ fn beside(way: Traversal) -> Traversal {
         Traversal::Single => Traversal::Single,
         Traversal::InFlight | Traversal::Packet | Traversal::List => Traversal::List,
     }
-}
-
-/// The primitives of small meshes, smallest first, as long as they are few, and all others; `None` if it would not be worth the while.
-fn part(shapes: &Shapes) -> Option<[Runs; 2]> {
-    let mut smallest: Vec<usize> = (0..shapes.geometries.len()).collect();
-    smallest.sort_by_key(|&geometry| shapes.geometries[geometry].prim_count);
-    let mut left = FEW as u32;
-    let fits = |&geometry: &usize| match left.checked_sub(shapes.geometries[geometry].prim_count) {
-        Some(rest) => {
-            left = rest;
-            true
-        }
-        None => false,
-    };
-    let small = smallest.into_iter().take_while(fits).collect::<HashSet<_>>();
-    let of_small = |wanted: bool| -> Runs {
-        let geometries =
-            shapes.geometries.iter().enumerate().filter(|(geometry, _)| small.contains(geometry) == wanted);
-        geometries.map(|(_, geometry)| geometry.first_prim..geometry.first_prim + geometry.prim_count).collect()
-    };
-    let (few, rest) = (of_small(true), of_small(false));
-    let many = rest.iter().map(ExactSizeIterator::len).sum::<usize>() >= MANY;
-    if few.is_empty() || !many {
-        return None;
-    }
-    let [beside, tree] = [&few, &rest].map(|prims| build::tight_bounds(shapes, prims));
-    let whole = beside.union(tree);
-    let scale = build::area_scale(&whole);
-    (tree.half_area(scale) <= SHARE * whole.half_area(scale)).then_some([few, rest])
 }

@@ -45,7 +45,7 @@ impl<'a> SingleRay<'a> {
     /// What the ray visits on the way to its answer; of the oracle, the primitives it tests.
     pub fn visits(&mut self, query: Query, ray: &Ray) -> TraversalCounts {
         match self.accel {
-            Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack),
+            Accel::Bvh(bvh) => bvh.visits(query, ray, &mut self.stack).1,
             Accel::Parted(parted) => parted.visits(query, ray, &mut self.stack),
             Accel::Double(double) => {
                 let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };

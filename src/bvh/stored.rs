@@ -2,7 +2,7 @@
 //!
 //! A file may hold anything, with right checksums too. So what traversal relies on is checked anew: every node but the
 //! root has one parent, which stands before it (depth-first order), so that no ray goes in circles or takes a way twice;
-//! the tree is no deeper than the stack; all references are in range; unused slots and lanes cannot be hit.
+//! the tree is no deeper than the stack; all references are to primitives that it should hold; unused slots and lanes cannot be hit.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -51,6 +51,17 @@ pub struct Facts {
     pub build_seconds: f64,
 }
 
+/// A tree in a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Stored<'a> {
+    /// The file.
+    pub file: &'a Arc<MappedFile>,
+    /// Its bytes that are the sections, in the order of [`ROWS`].
+    pub sections: &'a [Range<usize>; SECTIONS],
+    /// What goes with them.
+    pub facts: Facts,
+}
+
 impl Bvh4 {
     /// The bytes of the sections, in the order of [`ROWS`].
     pub(crate) fn sections(&self) -> [&[u8]; SECTIONS] {
@@ -72,15 +83,15 @@ impl Bvh4 {
         Facts { bounds: self.bounds, grid, sah_cost: self.stats.sah_cost, build_seconds: self.stats.build_seconds }
     }
 
-    /// The tree over `shapes` whose sections are these bytes of a file; or what is wrong with it.
-    pub(crate) fn from_sections(
-        file: &Arc<MappedFile>,
-        sections: [Range<usize>; SECTIONS],
-        facts: Facts,
+    /// The tree over `prims` of `shapes`, runs of numbers that ascend, from a file; or what is wrong with it.
+    pub(super) fn load(
+        stored: Stored<'_>,
+        prims: &[Range<u32>],
         shapes: &Shapes,
         options: &AccelOptions,
     ) -> Result<Bvh4, String> {
-        let [full, grid, triangles, spheres, shared] = sections;
+        let Stored { file, sections, facts } = stored;
+        let [full, grid, triangles, spheres, shared] = sections.clone();
         if !(full.is_empty() || grid.is_empty()) || grid.is_empty() == facts.grid.is_sound() {
             return Err("it has nodes of two kinds, or no grid for those it has".into());
         }
@@ -103,11 +114,11 @@ impl Bvh4 {
             intersection: options.intersection,
             stats: BvhStats::default(),
         };
-        let (depth, used) = rayon::join(|| bvh.with_tree(CheckNodes), || check_blocks(&bvh, shapes));
+        let (depth, used) = rayon::join(|| bvh.with_tree(CheckNodes), || Lanes { shapes, prims }.check(&bvh));
         let (depth, used) = (depth?, used?);
-        let primitives = shapes.prim_count();
-        if used < primitives {
-            return Err(format!("its leaves hold {used} primitives of {primitives}"));
+        let primitives = prims.iter().map(ExactSizeIterator::len).sum();
+        if used != primitives {
+            return Err(format!("its leaves hold {used} primitives; expected {primitives}"));
         }
         let [nodes, triangle_blocks] = bvh.tables.lens();
         bvh.stats = BvhStats {
@@ -174,67 +185,80 @@ impl TreeKernel for CheckNodes {
     }
 }
 
-/// Checks the leaf blocks, and tells how many lanes are used.
-fn check_blocks(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
-    Ok(check_triangles(bvh, shapes)? + check_spheres(bvh, shapes)?)
+/// Checks the leaf blocks.
+#[derive(Clone, Copy)]
+struct Lanes<'a> {
+    shapes: &'a Shapes,
+    /// What the tree should hold.
+    prims: &'a [Range<u32>],
 }
 
-/// Checks the triangle blocks, and tells how many lanes are used.
-fn check_triangles(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
-    let prims = 0..shapes.triangles.len() as u32;
-    match &bvh.tables {
-        Tables::Full(_, blocks) | Tables::Grid(_, _, blocks) => check_all("triangle", blocks, |block| {
-            let unused = |lane: usize| block.corners.iter().flatten().all(|corner| corner[lane].is_nan());
-            check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
-        }),
-        Tables::Compact(_, _, blocks) => check_all("triangle", blocks, |block| {
-            let geom = std::array::from_fn(|lane| block.geom(lane));
-            let unused = |lane: usize| block.is_unused(lane);
-            check_lanes(shapes, &prims, block.prims(), &geom, unused)
-        }),
+impl Lanes<'_> {
+    /// How many lanes of a tree are used; or which block is wrong.
+    fn check(self, bvh: &Bvh4) -> Result<usize, String> {
+        Ok(self.check_triangles(bvh)? + self.check_spheres(bvh)?)
+    }
+
+    fn check_triangles(self, bvh: &Bvh4) -> Result<usize, String> {
+        let kind = 0..self.shapes.triangles.len() as u32;
+        match &bvh.tables {
+            Tables::Full(_, blocks) | Tables::Grid(_, _, blocks) => check_all("triangle", blocks, |block| {
+                let unused = |lane: usize| block.corners.iter().flatten().all(|corner| corner[lane].is_nan());
+                self.used(&kind, &block.prim, &block.geom, unused)
+            }),
+            Tables::Compact(_, _, blocks) => check_all("triangle", blocks, |block| {
+                let geom = std::array::from_fn(|lane| block.geom(lane));
+                self.used(&kind, block.prims(), &geom, |lane| block.is_unused(lane))
+            }),
+        }
+    }
+
+    fn check_spheres(self, bvh: &Bvh4) -> Result<usize, String> {
+        let kind = self.shapes.triangles.len() as u32..self.shapes.prim_count() as u32;
+        check_all("sphere", &bvh.spheres, |block| {
+            let unused = |lane: usize| block.center(lane).to_array().iter().all(|coordinate| coordinate.is_nan());
+            self.used(&kind, &block.prim, &block.geom, unused)
+        })
+    }
+
+    /// How many lanes of a block are used; `None` if one names a primitive that is not of this kind, not of its geometry, or not to be in
+    /// the tree, or is unused and could be hit all the same.
+    fn used(
+        self,
+        kind: &Range<u32>,
+        prim: &[u32; 4],
+        geom: &[u32; 4],
+        unused: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let mut used = 0;
+        for (lane, (&prim, &geom)) in prim.iter().zip(geom).enumerate() {
+            if prim == MISS {
+                if !unused(lane) {
+                    return None;
+                }
+                continue;
+            }
+            let geometry = self.shapes.geometries.get(geom as usize)?;
+            let own = prim.checked_sub(geometry.first_prim).is_some_and(|offset| offset < geometry.prim_count);
+            if !own || !kind.contains(&prim) || !self.expects(prim) {
+                return None;
+            }
+            used += 1;
+        }
+        Some(used)
+    }
+
+    /// Whether the tree should hold a primitive.
+    fn expects(self, prim: u32) -> bool {
+        let run = self.prims.partition_point(|run| run.end <= prim);
+        self.prims.get(run).is_some_and(|run| run.start <= prim)
     }
 }
 
 /// Adds up the lanes in use of all blocks, or tells which is wrong.
 fn check_all<T: Sync>(what: &str, blocks: &[T], lanes: impl Fn(&T) -> Option<usize> + Sync) -> Result<usize, String> {
     let lanes = blocks.par_iter().enumerate().map(|(index, block)| {
-        lanes(block).ok_or_else(|| format!("{what} block {index} names primitives that do not exist"))
+        lanes(block).ok_or_else(|| format!("{what} block {index} names primitives that the tree should not hold"))
     });
     lanes.try_reduce(|| 0, |a, b| Ok(a + b))
-}
-
-/// Checks the sphere blocks, and tells how many lanes are used.
-fn check_spheres(bvh: &Bvh4, shapes: &Shapes) -> Result<usize, String> {
-    let prims = shapes.triangles.len() as u32..shapes.prim_count() as u32;
-    check_all("sphere", &bvh.spheres, |block| {
-        let unused = |lane: usize| block.center(lane).to_array().iter().all(|coordinate| coordinate.is_nan());
-        check_lanes(shapes, &prims, &block.prim, &block.geom, unused)
-    })
-}
-
-/// How many lanes of a block are used; `None` if one names a primitive outside of `prims` or of its geometry, or is
-/// unused and could be hit all the same.
-fn check_lanes(
-    shapes: &Shapes,
-    prims: &Range<u32>,
-    prim: &[u32; 4],
-    geom: &[u32; 4],
-    unused: impl Fn(usize) -> bool,
-) -> Option<usize> {
-    let mut used = 0;
-    for (lane, (&prim, &geom)) in prim.iter().zip(geom).enumerate() {
-        if prim == MISS {
-            if !unused(lane) {
-                return None;
-            }
-            continue;
-        }
-        let geometry = shapes.geometries.get(geom as usize)?;
-        let own = prim.checked_sub(geometry.first_prim).is_some_and(|offset| offset < geometry.prim_count);
-        if !own || !prims.contains(&prim) {
-            return None;
-        }
-        used += 1;
-    }
-    Some(used)
 }

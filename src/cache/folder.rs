@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use super::file::{self, Header, Image};
 use super::key::Key;
-use crate::bvh::Bvh4;
+use crate::bvh::{Accel, Bvh4};
 use crate::error::{Error, Result};
 use crate::film::atomic_file;
 use crate::options::AccelOptions;
@@ -53,8 +53,8 @@ impl Entry {
 /// What a cache has for a key.
 #[derive(Debug)]
 pub enum Found {
-    /// The tree.
-    Tree(Box<Bvh4>),
+    /// The tree, and what stands beside it.
+    Tree(Box<Accel>),
     /// Nothing.
     Nothing,
     /// A file that cannot be used, and why.
@@ -98,7 +98,7 @@ impl Cache {
         }
     }
 
-    /// Writes a tree, replacing what has its name, and evicts what was not used for longest beyond the limit.
+    /// Writes the tree that [`Accel::tree`] gives, replacing what has its name, and evicts what was not used for longest beyond the limit.
     ///
     /// # Errors
     /// [`Error::Io`] if the folder cannot be made or written to; [`Error::Options`] if the tree alone exceeds the limit.

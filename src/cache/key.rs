@@ -12,16 +12,27 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Key(pub u128);
 
-impl Key {
-    /// Of the tree over these shapes, built with these options by this version of comber on this kind of machine.
-    pub fn new(shapes: &Shapes, options: &AccelOptions) -> Key {
+/// What trees over a scene depend on, besides their options: the scene is gone through once for all of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Contents(u128);
+
+impl Contents {
+    /// Of these shapes.
+    pub fn of(shapes: &Shapes) -> Contents {
         let ranges: Vec<u32> = shapes.geometries.iter().flat_map(|g| [g.first_prim, g.prim_count]).collect();
-        let machine = [VERSION, u32::from(cfg!(target_endian = "big"))];
-        Key(digest(&[
+        Contents(digest(&[
             bytemuck::cast_slice(&shapes.positions),
             bytemuck::cast_slice(&shapes.triangles),
             bytemuck::cast_slice(&shapes.spheres),
             bytemuck::cast_slice(&ranges),
+        ]))
+    }
+
+    /// Names the tree that this version of comber builds of them with these options on this kind of machine.
+    pub fn key(self, options: &AccelOptions) -> Key {
+        let machine = [VERSION, u32::from(cfg!(target_endian = "big"))];
+        Key(digest(&[
+            &self.0.to_le_bytes(),
             describe(options).as_bytes(),
             bytemuck::cast_slice(&machine),
             bytemuck::cast_slice(&ROWS),
@@ -79,8 +90,8 @@ mod tests {
     #[test]
     fn keys_change_with_all_that_the_tree_depends_on() {
         let options = AccelOptions::default();
-        let key = Key::new(&shapes(), &options);
-        assert_eq!(key, Key::new(&shapes(), &options));
+        let key = Contents::of(&shapes()).key(&options);
+        assert_eq!(key, Contents::of(&shapes()).key(&options));
         let changes: [fn(&mut Shapes); 6] = [
             |s| s.positions[3].z = f32::from_bits(s.positions[3].z.to_bits() + 1),
             |s| s.triangles[1] = [1, 3, 0],
@@ -93,9 +104,9 @@ mod tests {
         for change in changes {
             let mut other = shapes();
             change(&mut other);
-            keys.push(Key::new(&other, &options));
+            keys.push(Contents::of(&other).key(&options));
         }
-        keys.push(Key::new(&shapes(), &AccelOptions::of(Accel::Brute)));
+        keys.push(Contents::of(&shapes()).key(&AccelOptions::of(Accel::Brute)));
         keys.sort();
         keys.dedup();
         assert_eq!(keys.len(), 8);
@@ -108,7 +119,7 @@ mod tests {
         other.geometries[0].material = 7;
         other.normals = vec![Vec3::X; 4];
         let options = AccelOptions::default();
-        assert_eq!(Key::new(&other, &options), Key::new(&shapes(), &options));
+        assert_eq!(Contents::of(&other).key(&options), Contents::of(&shapes()).key(&options));
     }
 
     #[test]

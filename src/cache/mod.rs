@@ -20,4 +20,4 @@ pub mod folder;
 pub mod key;
 
 pub use folder::Cache;
-pub use key::Key;
+pub use key::{Contents, Key};

@@ -265,8 +265,7 @@ pub struct StorageArgs {
     /// Fail, before it is taken, rather than use more memory than SIZE, as in 8GiB [default: what is available].
     #[arg(long, value_name = "SIZE", value_parser = values::size, allow_negative_numbers = true)]
     pub memory_limit: Option<u64>,
-    /// Keep the tree of every scene in the folder DIR, and take it from there the next time; `off`: neither. What is kept is of one
-    /// part: a mesh in a room, whose walls are tested apart otherwise, takes up to 1.3 times as long to render
+    /// Keep the tree of every scene in the folder DIR, and take it from there the next time; `off`: neither
     /// [default: trees of more than a million primitives, in the folder that `comber cache path` prints].
     #[arg(long, value_name = "DIR|off")]
     pub cache: Option<PathBuf>,

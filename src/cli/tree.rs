@@ -5,9 +5,9 @@ use super::budget::{self, Budget, Phase};
 use super::exit::complain;
 use super::load::{phase, timed};
 use super::resolve::StorageRequest;
-use crate::bvh::{Accel, Tell};
+use crate::bvh::Accel;
 use crate::cache::folder::Found;
-use crate::cache::{Cache, Key};
+use crate::cache::{Cache, Contents};
 use crate::error::Result;
 use crate::measure::progress::Progress;
 use crate::measure::units;
@@ -60,59 +60,57 @@ pub struct Wanted<'a> {
     pub report: ReportArgs,
 }
 
-/// What the cache has.
-enum Looked {
-    /// The tree.
-    Found(Box<(Accel, Origin)>),
-    /// Nothing of use: its name.
-    Not(Key),
-}
+/// A cache, and what the names of this scene's trees in it are made of.
+type Kept<'a> = (&'a Cache, Contents);
 
 impl Wanted<'_> {
     /// Gets the tree. What goes wrong with the cache is a warning: the tree is then built, or not kept.
     pub fn get(&self) -> Result<(Accel, Origin)> {
         let mut seconds = TreeSeconds::default();
-        let cache = self.cache();
-        let mut key = None;
-        if let Some(cache) = cache {
-            key = match self.look(cache, &self.options, &mut seconds)? {
-                Looked::Found(found) => return Ok(*found),
-                Looked::Not(key) => Some(key),
-            };
+        let mut kept = None;
+        if let Some(cache) = self.cache() {
+            let (contents, hash) = phase("hashing", !self.report.quiet, || Ok(Contents::of(self.shapes)))?;
+            seconds.hash = hash;
+            kept = Some((cache, contents));
+        }
+        if let Some(found) = self.look(kept, &self.options, &mut seconds)? {
+            return Ok(found);
         }
         let budget = Budget { limit: self.storage.memory_limit };
         let (options, memory) = budget::tree_that_fits(self.options, self.shapes, &budget)?;
-        if let Some(cache) = cache.filter(|_| options != self.options) {
-            key = match self.look(cache, &options, &mut seconds)? {
-                Looked::Found(found) => return Ok(*found),
-                Looked::Not(key) => Some(key),
-            };
+        if options != self.options
+            && let Some(found) = self.look(kept, &options, &mut seconds)?
+        {
+            return Ok(found);
         }
-        // What is to be kept has to be of one part.
-        let build = if cache.is_some() { Accel::build_whole } else { Accel::build_watched };
-        let (accel, memory) = self.build(build, &options, memory, &mut seconds)?;
-        let file = cache.zip(key).and_then(|(cache, key)| self.keep(cache, key, &options, &accel, &mut seconds));
+        let (accel, memory) = self.build(&options, memory, &mut seconds)?;
+        let file = self.keep(kept, &options, &accel, &mut seconds);
         Ok((accel, Origin { source: "built", file, seconds, memory: Some(memory) }))
     }
 
     /// Looks for a tree of these options in the cache.
-    fn look(&self, cache: &Cache, options: &AccelOptions, seconds: &mut TreeSeconds) -> Result<Looked> {
-        let show = !self.report.quiet;
-        let (key, hash) = phase("hashing", show, || Ok(Key::new(self.shapes, options)))?;
-        let (found, load) = phase("loading the tree", show, || Ok(cache.load(key, self.shapes, options)))?;
-        seconds.hash += hash;
+    fn look(
+        &self,
+        kept: Option<Kept>,
+        options: &AccelOptions,
+        seconds: &mut TreeSeconds,
+    ) -> Result<Option<(Accel, Origin)>> {
+        let Some((cache, contents)) = kept else { return Ok(None) };
+        let key = contents.key(options);
+        let (found, load) =
+            phase("loading the tree", !self.report.quiet, || Ok(cache.load(key, self.shapes, options)))?;
         seconds.load += load;
         match found {
-            Found::Tree(tree) => {
+            Found::Tree(accel) => {
                 let origin = Origin { source: "cache", file: Some(cache.path(key)), seconds: *seconds, memory: None };
-                return Ok(Looked::Found(Box::new((Accel::Bvh(*tree), origin))));
+                return Ok(Some((*accel, origin)));
             }
             Found::Nothing => {}
             Found::Damaged(why) => {
                 complain(&format!("warning: {}: {why}; the tree is built anew", cache.path(key).display()));
             }
         }
-        Ok(Looked::Not(key))
+        Ok(None)
     }
 
     /// The cache, if it is meant for such a tree.
@@ -121,13 +119,7 @@ impl Wanted<'_> {
         self.storage.cache.as_ref().filter(|_| kept)
     }
 
-    fn build(
-        &self,
-        build: fn(&Shapes, &AccelOptions, Tell) -> Result<Accel>,
-        options: &AccelOptions,
-        memory: Phase,
-        seconds: &mut TreeSeconds,
-    ) -> Result<(Accel, Phase)> {
+    fn build(&self, options: &AccelOptions, memory: Phase, seconds: &mut TreeSeconds) -> Result<(Accel, Phase)> {
         let needed = budget::tree(options, self.shapes.prim_count());
         if needed >= LARGE && !self.report.quiet {
             let (needed, all) = (units::bytes(needed), units::bytes(memory.predicted));
@@ -137,24 +129,26 @@ impl Wanted<'_> {
             true => Progress::new("building", 1, !self.report.quiet),
             false => Progress::busy("building", !self.report.quiet),
         };
-        let (accel, taken) =
-            timed(progress, |progress| build(self.shapes, options, &|done, all| progress.set_of(done, all)))?;
+        let (accel, taken) = timed(progress, |progress| {
+            Accel::build_watched(self.shapes, options, &|done, all| progress.set_of(done, all))
+        })?;
         seconds.build = taken;
         Ok((accel, memory.done()))
     }
 
+    /// Leaves the tree in the cache; its file.
     fn keep(
         &self,
-        cache: &Cache,
-        key: Key,
+        kept: Option<Kept>,
         options: &AccelOptions,
         accel: &Accel,
         seconds: &mut TreeSeconds,
     ) -> Option<PathBuf> {
-        let Accel::Bvh(tree) = accel else { return None };
+        let ((cache, contents), tree) = kept.zip(accel.tree())?;
         let start = Instant::now();
         let progress = Progress::new("saving", 1, !self.report.quiet);
-        let kept = cache.store(key, tree, self.name, options, &|done, all| progress.set_of(done, all));
+        let kept =
+            cache.store(contents.key(options), tree, self.name, options, &|done, all| progress.set_of(done, all));
         progress.finish();
         seconds.save = start.elapsed().as_secs_f64();
         kept.inspect_err(|error| complain(&format!("warning: the tree is not kept: {error}"))).ok()

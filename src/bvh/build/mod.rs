@@ -70,11 +70,18 @@ impl Bvh4 {
     /// As [`Bvh4::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
         let all = 0..u32::try_from(shapes.prim_count()).unwrap_or(u32::MAX);
-        Bvh4::build_of(shapes, &[all], options, tell)
+        Bvh4::build_of(shapes, &[all], None, options, tell)
     }
 
-    /// As [`Bvh4::build_watched`], over some of the primitives, which keep their numbers.
-    pub(super) fn build_of(shapes: &Shapes, prims: &[Range<u32>], options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
+    /// As [`Bvh4::build_watched`], over some of the primitives, which keep their numbers. `scene`: the box of all primitives, if these are
+    /// not all.
+    pub(super) fn build_of(
+        shapes: &Shapes,
+        prims: &[Range<u32>],
+        scene: Option<Aabb>,
+        options: &AccelOptions,
+        tell: Tell,
+    ) -> Result<Bvh4> {
         let start = Instant::now();
         let all = shapes.prim_count();
         // In the worst case each primitive has a block of its own.
@@ -92,7 +99,7 @@ impl Bvh4 {
                 shapes,
                 prims,
                 bounds,
-                scene: if count == all { bounds } else { tight_bounds(shapes, std::slice::from_ref(&(0..all as u32))) },
+                scene: scene.unwrap_or(bounds),
                 scale: area_scale(&bounds),
                 options: *options,
                 tier: Tier::detect(Simd::Auto)?,

@@ -199,8 +199,8 @@ impl Bvh4 {
         self.with_tree(OneRay::<true> { ray, stack }).is_some()
     }
 
-    /// What one ray visits on the way to its answer.
-    pub fn visits(&self, query: Query, ray: &Ray, stack: &mut Stack) -> TraversalCounts {
+    /// What one ray visits on the way to its answer, and that: the closest hit, or whether there is any.
+    pub fn visits(&self, query: Query, ray: &Ray, stack: &mut Stack) -> (Hit, TraversalCounts) {
         match query {
             Query::Closest => self.with_tree(Visits::<false> { ray, stack }),
             Query::Any => self.with_tree(Visits::<true> { ray, stack }),

@@ -75,18 +75,18 @@ impl<const ANY: bool> TreeKernel for OneRay<'_, ANY> {
     }
 }
 
-/// What one ray visits on the way to its answer.
+/// As [`OneRay`], and what the ray visits on the way.
 pub struct Visits<'a, const ANY: bool> {
     pub ray: &'a Ray,
     pub stack: &'a mut Stack,
 }
 
 impl<const ANY: bool> TreeKernel for Visits<'_, ANY> {
-    type Output = TraversalCounts;
+    type Output = (Hit, TraversalCounts);
 
-    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> TraversalCounts {
+    fn run<N: Node, B: TriangleBlock, I: Intersect>(self, tree: Tree<'_, N, B>) -> (Hit, TraversalCounts) {
         let mut counts = TraversalCounts { rays: 1, ..TraversalCounts::default() };
-        trace_one::<N, I, ANY, true, true>(&tree, self.ray, self.stack, &mut counts);
-        counts
+        let hit = trace_one::<N, I, ANY, true, true>(&tree, self.ray, self.stack, &mut counts);
+        (hit, counts)
     }
 }
