@@ -7,6 +7,7 @@ use crate::error::{Error, Result};
 use crate::film::develop::develop;
 use crate::film::picture::Picture;
 use crate::film::{self, tile::Tile};
+use crate::light::in_view::InView;
 use crate::measure::lanes::Lanes;
 pub use crate::observer::{Observer, Unobserved};
 use crate::observer::{Part, Queue, Slice, Work};
@@ -17,6 +18,7 @@ use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::simd::Tier;
+use crate::stages::number::{GENERATE, LAMPS, RETIRE, REUSE, ROULETTE, SHADE, SHADOW, TRAVERSE};
 use crate::stages::{self, Context};
 use crate::transport::Transport;
 use crate::wave::Wave;
@@ -57,10 +59,18 @@ pub fn render(scene: &Scene, accel: &Accel, camera: &Camera, plan: &Plan, observ
     let pool = rayon::ThreadPoolBuilder::new().num_threads(plan.threads).build();
     let pool = pool.map_err(|e| Error::Options(format!("cannot start {} threads: {e}", plan.threads)))?;
     let worth = pool.install(|| pilot::measure(scene, accel, camera, options));
+    let lens = camera.lens(options.width, options.height);
+    let in_view = match plan.features.has(Features::LAMPS) {
+        true => InView::new(scene, &lens, [options.width, options.height]),
+        false => InView::default(),
+    };
     let context = Context {
         scene,
         accel,
-        lens: camera.lens(options.width, options.height),
+        lens,
+        width: options.width,
+        in_view,
+        lamp_rays: options.lamp_rays,
         transport: Transport { worth, ..plan.transport.clone() },
         features: plan.features,
         sampler: Sampler::new(options),
@@ -147,14 +157,14 @@ fn run_group(shared: &Shared, group: &mut [Tile], first: u32, step: u32, total: 
     let mut wave = lock(&shared.waves)
         .pop()
         .unwrap_or_else(|| Wave::allocate(plan.wave, shared.context.transport.shadow_samples, plan.features));
-    let spans = spans_of(group, plan.options.width, first, step);
-    let mut rest = spans.as_slice();
-    let mut cut = None;
-    while !rest.is_empty() || cut.is_some() {
+    let mut spans = spans_of(group, plan.options.width, first, step);
+    let mut rest = spans.as_mut_slice();
+    let whole_tiles = plan.features.has(Features::REUSE);
+    while !rest.is_empty() {
         if shared.observer.stop() {
             break;
         }
-        let batch = next_batch(&mut rest, &mut cut, wave.rows as u32);
+        let batch = next_batch(&mut rest, wave.rows as u32, whole_tiles);
         let mut run = Run { observer: shared.observer, totals: Totals::default() };
         run_wave(shared.context, &mut wave, &batch, group, &mut run);
         let mut all = lock(&shared.totals);
@@ -182,16 +192,21 @@ fn spans_of(group: &[Tile], width: u32, first: u32, step: u32) -> Vec<Span> {
         .collect()
 }
 
-/// Takes spans of `rows` rows in all off the front of `rest`; a span that does not fit is cut, its remainder kept in `cut`.
-fn next_batch(rest: &mut &[Span], cut: &mut Option<Span>, mut rows: u32) -> Vec<Span> {
+/// Takes spans of up to `rows` rows in all off the front of `rest`; what does not fit is cut. With `whole_tiles`, the spans of a tile,
+/// which are all of the same samples, stay together: they are cut between samples.
+fn next_batch(rest: &mut &mut [Span], mut rows: u32, whole_tiles: bool) -> Vec<Span> {
     let mut batch = Vec::new();
-    while rows > 0 {
-        let Some(span) = cut.take().or_else(|| rest.split_off_first().copied()) else { break };
-        let count = span.count.min(rows);
-        batch.push(Span { count, ..span });
-        rows -= count;
-        if count < span.count {
-            *cut = Some(Span { first: span.first + count * span.stride, count: span.count - count, ..span });
+    while let Some(&Span { tile, count: wanted, .. }) = rest.first() {
+        let together = if whole_tiles { rest.iter().take_while(|span| span.tile == tile).count() } else { 1 };
+        let count = wanted.min(rows / together as u32);
+        if count == 0 {
+            break;
+        }
+        rows -= count * together as u32;
+        let cut = rest[..together].iter_mut();
+        batch.extend(cut.map(|span| span.split_off_front(count)));
+        if count == wanted {
+            *rest = &mut std::mem::take(rest)[together..];
         }
     }
     batch
@@ -217,15 +232,9 @@ impl Run<'_> {
     }
 }
 
-/// One wave: the six stages, from spans of pixels to samples in the film.
+/// One wave: the stages, from spans of pixels to samples in the film.
 fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Tile], run: &mut Run) {
-    const GENERATE: usize = 0;
-    const TRAVERSE: usize = 1;
-    const SHADE: usize = 2;
-    const SHADOW: usize = 3;
-    const ROULETTE: usize = 4;
-    const RETIRE: usize = 5;
-    let Wave { samples, paths, next, hits, shadows, shadow_hits, scratch, .. } = wave;
+    let Wave { samples, paths, next, hits, shadows, shadow_hits, vertices, scratch, .. } = wave;
     let observer = run.observer;
     let generated = run.stage(GENERATE, 0, || {
         let rows = stages::generate::run(context, spans, stages::generate::Out { samples, paths });
@@ -234,6 +243,14 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
     let rows = generated.produced;
     let mut live = rows;
     run.totals.rays.camera += rows as u64;
+    if context.features.has(Features::LAMPS) {
+        scratch.reset();
+        let work = run.stage(LAMPS, 0, || {
+            let (produced, counts) = stages::lamps::run(context, rows, samples, scratch);
+            Work { rows, produced, counts, ..Work::default() }
+        });
+        run.totals.rays.camera += work.produced as u64;
+    }
     if context.features.has(Features::COST) {
         run.stage(TRAVERSE, 0, || {
             stages::traverse::count(context, rows, paths, samples, scratch);
@@ -254,7 +271,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         scratch.reset();
         let mut shaded = stages::shade::Counts::default();
         run.stage(SHADE, depth, || {
-            let out = stages::shade::Out { samples, shadows, next };
+            let out = stages::shade::Out { samples, shadows, next, vertices };
             shaded = stages::shade::run(context, depth, live, stages::shade::In { paths, hits }, out, scratch);
             let lanes = Lanes::over(shaded.scattering, Vec4::WIDTH);
             Work { rows: live, produced: shaded.next, lanes, ..Work::default() }
@@ -282,6 +299,15 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         }
         run.totals.rays.bounce += live as u64;
         depth += 1;
+    }
+    if context.features.has(Features::REUSE) {
+        scratch.reset();
+        let work = run.stage(REUSE, 0, || {
+            let out = stages::reuse::Out { samples, vertices };
+            let (produced, counts) = stages::reuse::run(context, spans, out, scratch);
+            Work { rows, produced, counts, ..Work::default() }
+        });
+        run.totals.rays.shadow += work.produced as u64;
     }
     run.stage(RETIRE, 0, || {
         stages::retire::run(spans, samples, tiles);

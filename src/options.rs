@@ -420,6 +420,10 @@ pub struct RenderOptions {
     pub sampler: Sampler,
     /// Independent sequences that the samples of a pixel are dealt to in turn: a power of two.
     pub replicates: u32,
+    /// Pixels that share what their paths find behind the first surface: a power of two of at most 64; 1: none do.
+    pub reuse: u32,
+    /// Camera rays of each sample that look for lights, where one may be seen; 1: that of the path.
+    pub lamp_rays: u32,
     /// Seed of all random numbers.
     pub seed: u32,
     /// What answers ray queries.
@@ -446,7 +450,31 @@ impl RenderOptions {
             Precision::F64 if quality != Quality::Default => Some("a choice of bvh"),
             // Its bounds of what arrives would be of another place than the one at hand, and could be 0 where light does arrive.
             Precision::F64 if self.light_selection == LightSelection::Tree => Some("light-selection tree"),
+            Precision::F64 if self.lamp_rays > 1 => Some("lamp-rays"),
+            Precision::F64 if self.reuse > 1 => Some("reuse"),
             Precision::F64 => None,
+        }
+    }
+
+    /// Whether samples are more than one path each, as they are in the depth-first reference.
+    pub fn shares(&self) -> bool {
+        self.reuse > 1 || self.lamp_rays > 1
+    }
+
+    /// The same, each sample a path.
+    pub fn alone(&self) -> RenderOptions {
+        RenderOptions { reuse: 1, lamp_rays: 1, ..self.clone() }
+    }
+
+    /// What of the options does not go with path reuse, as typed, if that was asked for.
+    pub fn not_in_reuse(&self) -> Option<&'static str> {
+        match self.reuse {
+            1 => None,
+            // What the noise of a tile's pixels has in common, its interval would take for exactness.
+            _ if self.adaptive.is_some() => Some("adaptive"),
+            // The bound is on what a light adds to one sample; here it adds to many.
+            _ if self.clamp_indirect.is_some() => Some("clamp-indirect"),
+            _ => None,
         }
     }
 
@@ -474,6 +502,8 @@ impl Default for RenderOptions {
             adaptive: None,
             sampler: Sampler::default(),
             replicates: 1,
+            reuse: 1,
+            lamp_rays: 1,
             seed: 0,
             accel: AccelOptions::default(),
             aovs: false,

@@ -2,7 +2,7 @@
 
 use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
-use crate::film::tile::FilmLayout;
+use crate::film::{self, tile::FilmLayout};
 use crate::measure::units;
 use crate::options::{Area, Cell, Direct, Integrator, Intersection, Precision, RenderOptions, Roulette, Sampler};
 use crate::scene::Scene;
@@ -19,6 +19,9 @@ use serde::Serialize;
 /// Chosen from the curve in `profiling/runs/2026-11-22-xeon-2c/wave_size.txt` (second-level cache of 2 MiB): over six scenes,
 /// 8192 rows of 1.4 MiB reach 99 % of each scene's best size, 4096 rows 97 %, 256 rows 89 %, 2²⁰ rows 84 %.
 const WAVE_BUDGET: usize = 2 << 20;
+
+/// Pixels of a tile.
+const TILE_PIXELS: usize = (film::tile::SIDE * film::tile::SIDE) as usize;
 
 /// A stage that will run.
 #[derive(Clone, Debug, Serialize)]
@@ -130,6 +133,9 @@ impl Plan {
         if let Some(other) = options.not_in_double() {
             return Err(Error::Options(format!("precision f64 does not go with {other}")));
         }
+        if let Some(other) = options.not_in_reuse() {
+            return Err(Error::Options(format!("path reuse does not go with {other}")));
+        }
         if accel.precision() != options.accel.precision {
             return Err(Error::Options("the acceleration structure is of another precision than the render".into()));
         }
@@ -141,6 +147,11 @@ impl Plan {
         let (wave, wave_why) = wave_rows(options, bytes_per_path);
         if wave.saturating_mul(transport.shadow_samples.max(1) as usize) >= 1 << 31 {
             return Err(Error::Options(format!("a wave of {wave} rows casts more shadow rays than can be numbered")));
+        }
+        if features.has(Features::REUSE) && wave < TILE_PIXELS {
+            return Err(Error::Options(format!(
+                "a wave of {wave} rows does not hold a tile, whose {TILE_PIXELS} pixels share their paths"
+            )));
         }
         let film = FilmLayout::new(options);
         let pixels = u64::from(cell.width) * u64::from(cell.height);
@@ -183,7 +194,7 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         Roulette::Off => false,
         Roulette::Fixed(_) => transport.continues(1),
         Roulette::Throughput { start } => transport.continues(start),
-        Roulette::Efficiency { .. } => true,
+        Roulette::Efficiency { .. } => transport.reuse == 1 || transport.continues(1),
     };
     let by_efficiency = matches!(options.roulette, Roulette::Efficiency { .. });
     let aovs = FilmLayout::new(options).aovs;
@@ -202,6 +213,9 @@ fn features(scene: &Scene, options: &RenderOptions, transport: &Transport) -> Fe
         | Features::EFFICIENCY.when(by_efficiency && (continues || shadow && options.direct != Direct::Hemisphere))
         | Features::AOVS.when(aovs)
         | Features::DOUBLE.when(options.accel.precision == Precision::F64)
+        | Features::REUSE.when(transport.reuse > 1)
+        | Features::LAMPS
+            .when(options.lamp_rays > 1 && light && transport.counts_emission(0) && !scene.lights.is_empty())
         | Features::COST.when(options.integrator == Integrator::BvhCost)
         | Features::HITS.when(options.integrator != Integrator::BvhCost)
 }
@@ -401,6 +415,14 @@ fn describe(stage: &Stage, features: Features, subject: &Subject) -> (String, St
             }
             _ => ("compact".into(), "rows whose path has ended make room".into()),
         },
+        "lamps" => {
+            let rays = count(options.lamp_rays as usize, "camera ray");
+            (format!("{rays} for each sample of pixels where lights may be seen, {camera}"), Features::LAMPS.why())
+        }
+        "reuse" => {
+            let blocks = format!("blocks of {} pixels, balance heuristic; any hit, {shadow}", transport.reuse);
+            (blocks, Features::REUSE.why())
+        }
         _ => match options.adaptive {
             Some(rule) => {
                 let what = if rule.area == Area::Tile { "tile" } else { "pixel" };

@@ -114,7 +114,7 @@ impl<'a> Tracer<'a> {
     fn new(scene: &'a Scene, accel: &'a Accel, camera: &Camera, options: &'a RenderOptions) -> Tracer<'a> {
         let lens = camera.lens(options.width, options.height);
         let worth = pilot::measure(scene, accel, camera, options);
-        let transport = Transport { worth, ..Transport::new(options, &scene.lights) };
+        let transport = Transport { worth, reuse: 1, ..Transport::new(options, &scene.lights) };
         Tracer { scene, accel, options, lens, transport, sampler: Sampler::new(options) }
     }
 

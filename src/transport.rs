@@ -6,6 +6,7 @@
 //! direct light.
 
 mod double;
+pub mod reuse;
 
 use crate::bvh::ray::Hit;
 use crate::light::selection::{Chosen, Selection};
@@ -47,6 +48,8 @@ pub struct Transport {
     pub selection: Selection,
     /// How points on lights are drawn.
     pub light_sampling: LightSampling,
+    /// Pixels that share what their second vertices scatter; 1: none do, or no second vertex scatters anything.
+    pub reuse: u32,
 }
 
 /// What a shadow sample asks.
@@ -77,7 +80,7 @@ impl Transport {
         let (min_bounce, max_bounce) = options.integrator.bounces(options.max_depth).unwrap_or((0, 0));
         let selection = Selection::new(options, lights);
         let shadow_samples = selection.rays(options, lights);
-        Transport {
+        let mut transport = Transport {
             min_bounce,
             max_bounce,
             direct: options.direct,
@@ -88,7 +91,12 @@ impl Transport {
             shadow_samples,
             selection,
             light_sampling: options.light_sampling,
+            reuse: 1,
+        };
+        if transport.continues(0) && (transport.counts_direct(1) || transport.continues(1)) {
+            transport.reuse = options.reuse;
         }
+        transport
     }
 
     /// Whether emission found at vertex `depth` counts: always for the camera's own view, later only where
@@ -183,6 +191,10 @@ impl Transport {
     /// Probability that a path goes on from vertex `depth` with throughput `beta`, where 1 / δ is `rate` ([`Worth`]).
     #[inline(always)]
     pub fn survival(&self, depth: u32, rate: f32, beta: V3<f32>) -> f32 {
+        if self.reuse > 1 && depth == 0 {
+            // Second vertices serve all pixels of a block.
+            return 1.0;
+        }
         match self.roulette {
             Roulette::Efficiency { .. } => {
                 self.worth.as_ref().map_or(1.0, |worth| worth.of_path(rate, beta.max_component()))

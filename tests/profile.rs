@@ -167,7 +167,8 @@ fn a_slow_stage_shows_in_its_own_row_and_nowhere_else() {
                 ledgers.iter().map(|l| l.stages[stage].get(depth).map_or(0, |entry| entry.nanos)).min().unwrap()
             };
             let own = least(stage(name), depth as usize);
-            let others: u64 = (0..6).flat_map(|s| (0..6).map(move |d| (s, d))).map(|(s, d)| least(s, d)).sum();
+            let others: u64 =
+                (0..stages::ALL.len()).flat_map(|s| (0..6).map(move |d| (s, d))).map(|(s, d)| least(s, d)).sum();
             (calls, own, others - own)
         };
         let (calls, before, others_before) = nanos(&Unobserved);

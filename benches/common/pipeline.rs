@@ -2,6 +2,7 @@
 
 use super::Ready;
 use comber::film::tile::{FilmLayout, Tile, tiles};
+use comber::light::in_view::InView;
 use comber::options::{Cell, RenderOptions};
 use comber::pilot;
 use comber::plan::Plan;
@@ -32,6 +33,9 @@ impl<'a> Pipeline<'a> {
             scene: &ready.scene,
             accel: &ready.accel,
             lens: ready.camera.lens(options.width, options.height),
+            width: options.width,
+            in_view: InView::default(),
+            lamp_rays: 1,
             transport: Transport { worth, ..Transport::new(options, &ready.scene.lights) },
             features: plan.features,
             sampler: Sampler::new(options),
@@ -63,9 +67,16 @@ impl<'a> Pipeline<'a> {
     }
 
     pub fn shade(&mut self, depth: u32, n: usize) -> shade::Counts {
-        let Wave { samples, paths, next, hits, shadows, scratch, .. } = &mut self.wave;
+        let Wave { samples, paths, next, vertices, hits, shadows, scratch, .. } = &mut self.wave;
         scratch.reset();
-        shade::run(&self.context, depth, n, shade::In { paths, hits }, shade::Out { samples, shadows, next }, scratch)
+        shade::run(
+            &self.context,
+            depth,
+            n,
+            shade::In { paths, hits },
+            shade::Out { samples, shadows, next, vertices },
+            scratch,
+        )
     }
 
     pub fn shadow(&mut self, depth: u32, n: usize) {

@@ -45,4 +45,7 @@ if [ -d "${COURSE:-}" ]; then
     modes CBbunny "$COURSE/CBbunny.dae" 4
     # Writes CBbunny-adaptive_rate.png beside it.
     shot CBbunny-adaptive "$COURSE/CBbunny.dae" -s 2048 -a 64 0.05
+    # What pixels share.
+    shot CBbunny-16 "$COURSE/CBbunny.dae" -r 240 180 -s 16
+    shot CBbunny-16-shared "$COURSE/CBbunny.dae" -r 240 180 -s 16 --reuse 16 --lamp-rays 16
 fi

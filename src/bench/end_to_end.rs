@@ -111,11 +111,18 @@ impl Subject<'_> {
         Ok((outcome.picture, outcome.stats.rays))
     }
 
-    /// Renders depth first, and compares with what waves rendered.
+    /// Renders depth first, and compares with what waves rendered. Where these do what the control never does ([`RenderOptions::shares`]),
+    /// with what they render without that.
     ///
     /// # Errors
     /// Those of rendering; and pictures or rays that are not the same to the bit.
     pub fn check_depth_first(&self, picture: &Picture, rays: RayCounts) -> Result<()> {
+        if self.options.shares() {
+            let options = self.options.alone();
+            let alone = Subject { options: &options, ..*self };
+            let (picture, rays) = alone.by_waves()?;
+            return alone.check_depth_first(&picture, rays);
+        }
         let (expected, expected_rays) = self.depth_first()?;
         if !picture.same_bits(&expected) || rays != expected_rays {
             return Err(Error::Scene("waves and the depth-first reference render different pictures".into()));

@@ -199,6 +199,8 @@ impl RenderRequest {
             adaptive: adaptive(&args.sampling, outputs.exposure, &mut notes)?,
             sampler: args.sampling.sampler,
             replicates: replicates(&args.sampling)?,
+            reuse: args.sampling.reuse,
+            lamp_rays: args.sampling.lamp_rays,
             seed: args.sampling.seed,
             accel: accel(&args.speed.accel)?,
             aovs: outputs.pictures.iter().any(|path| is(path, Format::Exr)),
@@ -213,7 +215,14 @@ impl RenderRequest {
         if let Some(other) = options.not_in_double() {
             return misuse(format!("--precision f64 does not go with --{other}"));
         }
+        if let Some(other) = options.not_in_reuse() {
+            return misuse(format!("--reuse does not go with --{other}"));
+        }
         let explain = args.explain.pixel.map(|pixel| (pixel, args.explain.sample.unwrap_or(0)));
+        if explain.is_some() && options.shares() {
+            let part = if options.reuse > 1 { "--reuse" } else { "--lamp-rays" };
+            return misuse(format!("--explain follows a path by itself, which {part} adds others to: leave it out"));
+        }
         if let Some(([x, y], _)) = explain.filter(|([x, y], _)| *x >= width || *y >= height) {
             return misuse(format!("--pixel {x},{y} is not in the frame of {width} × {height} pixels"));
         }
@@ -543,6 +552,19 @@ mod tests {
     #[test]
     fn clap_finds_no_mistake_in_the_definition() {
         <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn what_pixels_share_is_resolved_and_contradictions_are_refused() {
+        let options = resolve("--reuse 16 --lamp-rays 12").unwrap().options;
+        assert_eq!((options.reuse, options.lamp_rays), (16, 12));
+        assert!(refused("--reuse 16 -a 8 0.1").contains("--adaptive"));
+        assert!(refused("--reuse 4 --clamp-indirect 2").contains("--clamp-indirect"));
+        assert!(refused("--reuse 4 --precision f64").contains("--reuse"));
+        assert!(refused("--lamp-rays 4 --precision f64").contains("--lamp-rays"));
+        for part in ["--reuse", "--lamp-rays"] {
+            assert!(refused(&format!("{part} 2 --explain --pixel 1,1")).contains(part));
+        }
     }
 
     #[test]

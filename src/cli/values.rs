@@ -41,9 +41,18 @@ pub fn whole_in(text: &str, allowed: RangeInclusive<u32>) -> Result<u32, String>
 
 /// A power of two, up to 4096.
 pub fn power_of_two(text: &str) -> Result<u32, String> {
+    power_of_two_up_to(4096, text)
+}
+
+/// Pixels of a block that share paths: a power of two, up to 64.
+pub fn block(text: &str) -> Result<u32, String> {
+    power_of_two_up_to(64, text)
+}
+
+fn power_of_two_up_to(most: u32, text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
-        Ok(number) if number.is_power_of_two() && number <= 4096 => Ok(number),
-        _ => Err("must be a power of two from 1 to 4096".into()),
+        Ok(number) if number.is_power_of_two() && number <= most => Ok(number),
+        _ => Err(format!("must be a power of two from 1 to {most}")),
     }
 }
 

@@ -4,6 +4,7 @@
 //! emissive mesh together, or a sphere. Its *parts* are what points are drawn from: the triangles of a mesh, or the light
 //! itself.
 
+pub mod in_view;
 pub mod near;
 pub mod rectangle;
 pub mod selection;

@@ -1,7 +1,7 @@
 //! What each pixel cost.
 //!
 //! A wave has rows of many pixels, so the time of one pixel cannot be taken with a clock: it is shared out. Each batch's time
-//! is divided among its rows: evenly in generate, shade, roulette and retire; by nodes and leaf blocks visited in traverse and
+//! is divided among its rows: evenly in generate, lamps, shade, roulette, reuse and retire; by nodes and leaf blocks visited in traverse and
 //! shadow, counted by the plain kernel. So the map adds up to the time of all stages.
 
 use super::ledger::Ledger;
@@ -9,6 +9,7 @@ use crate::bvh::{Accel, TraversalCounts};
 use crate::observer::{Observer, Queue};
 use crate::options::Cell;
 use crate::plan::Plan;
+use crate::stages::number::{GENERATE, LAMPS, RETIRE, REUSE, ROULETTE, SHADE, SHADOW, TRAVERSE};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Counts rows and visits by pixel while a render runs.
@@ -85,17 +86,17 @@ impl<'a> PixelCounter<'a> {
         };
         let total = |column: &[AtomicU32]| column.iter().map(|n| f64::from(n.load(Relaxed))).sum::<f64>();
         let rate = |nanos: f64, of: &[AtomicU32]| if nanos > 0.0 { nanos / total(of).max(1.0) } else { 0.0 };
-        let [generate, traverse, shade, shadow, roulette, retire] = std::array::from_fn(|stage| stage);
-        let whole = ledger.stage(generate).nanos as f64 + ledger.stage(retire).nanos as f64;
+        let of_samples = [GENERATE, LAMPS, REUSE, RETIRE];
+        let whole: f64 = of_samples.iter().map(|&stage| ledger.stage(stage).nanos as f64).sum();
         let rates: Vec<[f64; 3]> = (0..=last)
             .map(|depth| {
                 let at = &self.depths[depth];
                 let ends = if depth == 0 { whole } else { 0.0 };
-                let rows = ends + nanos(shade, depth) + nanos(roulette, depth);
+                let rows = ends + nanos(SHADE, depth) + nanos(ROULETTE, depth);
                 [
                     rate(rows, &at.paths),
-                    rate(nanos(traverse, depth), &at.path_visits),
-                    rate(nanos(shadow, depth), &at.shadow_visits),
+                    rate(nanos(TRAVERSE, depth), &at.path_visits),
+                    rate(nanos(SHADOW, depth), &at.shadow_visits),
                 ]
             })
             .collect();

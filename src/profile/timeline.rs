@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::atomic_file;
 use crate::observer::{Part, Slice};
 use crate::stages;
+use crate::stages::number::{ROULETTE, SHADOW, TRAVERSE};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
@@ -45,7 +46,7 @@ pub struct Timeline {
 }
 
 /// Stages whose queue is drawn as a counter, with its name.
-const QUEUES: [(usize, &str); 3] = [(1, "paths"), (3, "shadow rays"), (4, "next paths")];
+const QUEUES: [(usize, &str); 3] = [(TRAVERSE, "paths"), (SHADOW, "shadow rays"), (ROULETTE, "next paths")];
 
 impl Timeline {
     /// Parts on all tracks.
@@ -178,6 +179,7 @@ fn category(part: Part) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stages::number::GENERATE;
     use serde_json::Value;
 
     fn timeline() -> Timeline {
@@ -190,9 +192,9 @@ mod tests {
         };
         let part = |part, start, nanos| Mark { part, start, nanos, rows: 0, produced: 0 };
         let worker = vec![
-            stage(0, 0, 2_000, 1_000, 64),
-            stage(1, 0, 3_000, 5_500, 64),
-            stage(1, 2, 9_000, 4_000, 8),
+            stage(GENERATE, 0, 2_000, 1_000, 64),
+            stage(TRAVERSE, 0, 3_000, 5_500, 64),
+            stage(TRAVERSE, 2, 9_000, 4_000, 8),
             part(Part::Group, 1_500, 20_000),
             part(Part::Pass, 1_000, 21_000),
         ];

@@ -18,6 +18,12 @@ impl Dimensions {
     /// The camera's block.
     pub const CAMERA: u32 = 0;
 
+    /// The block of the rays that look for lamps. Those of vertices count upwards.
+    pub const LAMPS: u32 = u32::MAX - 1;
+
+    /// The block of the lot that says which pixels share paths.
+    pub const SHARING: u32 = u32::MAX;
+
     /// The block of the continuing ray at vertex `depth` (0 is the first surface): two numbers for the direction,
     /// one for roulette.
     ///

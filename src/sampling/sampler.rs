@@ -143,6 +143,14 @@ impl Sampler {
         }
     }
 
+    /// The index of draw `part` of `parts` that sample `index` makes of one decision: all draws of a pixel are one sequence, those of a
+    /// replicate still its own.
+    #[inline(always)]
+    pub fn part(&self, index: u32, parts: u32, part: u32) -> u32 {
+        let (replicate, index) = self.replicate(index);
+        index.wrapping_mul(parts).wrapping_add(part) << self.replicates | replicate
+    }
+
     /// Which replicate a sample belongs to, and its index there.
     #[inline(always)]
     fn replicate(&self, index: u32) -> (u32, u32) {

@@ -3,7 +3,7 @@
 use super::origin::{Origin, split};
 use crate::options::Precision;
 use crate::sampling::lanes::{Lanes, V3};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use serde::Serialize;
 
 /// A pinhole camera with square pixels, independent of resolution: it shows at least the angle `xfov` × `yfov`.
@@ -121,6 +121,14 @@ impl Lens {
     pub fn origin(&self, precision: Precision) -> Origin {
         let low = (precision == Precision::F64).then_some(V3::from(self.low));
         Origin { high: self.origin.into(), low }
+    }
+
+    /// Where in the frame a point is seen, in pixels from the top left corner; `None` for what is not in front of the camera.
+    pub fn pixel(&self, point: Vec3) -> Option<DVec2> {
+        let seen = point.as_dvec3() - self.origin.as_dvec3();
+        let frame = DMat3::from_cols(self.dx.as_dvec3(), self.dy.as_dvec3(), self.corner.as_dvec3());
+        let at = frame.inverse() * seen;
+        (at.z > 0.0).then(|| at.truncate() / at.z)
     }
 
     /// Unit direction through `(x, y)`, in pixels from the top left corner of the frame.

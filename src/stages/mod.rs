@@ -1,22 +1,27 @@
-//! The six stages, in order. Each file: what it reads and writes, one `run`, its tests. Stages never import each other.
+//! The six stages, and two that run where they are asked for, in order. Each file: what it reads and writes, one `run`, its tests. Stages never import each other.
 //!
 //! | stage | consumes | produces |
 //! |---|---|---|
 //! | [`generate`] | spans of pixels | samples, paths |
+//! | [`lamps`] | samples | emission that the camera sees |
 //! | [`traverse`] | paths | hits |
 //! | [`shade`] | paths, hits | radiance, shadow rays, next paths |
 //! | [`shadow`] | shadow rays | radiance |
 //! | [`roulette`] | next paths | paths, dense again |
+//! | [`reuse`] | finished paths of a tile | samples that blocks of pixels share |
 //! | [`retire`] | samples | film; pixels that are done |
 
 pub mod generate;
+pub mod lamps;
 pub mod retire;
+pub mod reuse;
 pub mod roulette;
 pub mod shade;
 pub mod shadow;
 pub mod traverse;
 
 use crate::bvh::Accel;
+use crate::light::in_view::InView;
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Lens;
@@ -32,6 +37,12 @@ pub struct Context<'a> {
     pub accel: &'a Accel,
     /// The camera for this frame.
     pub lens: Lens,
+    /// Pixels across the frame.
+    pub width: u32,
+    /// Where lights may be seen, if they are looked at by rays of their own.
+    pub in_view: InView,
+    /// How many of those a sample has.
+    pub lamp_rays: u32,
     /// The estimator.
     pub transport: Transport,
     /// What the plan requires.
@@ -60,9 +71,37 @@ pub struct Stage {
     pub requires: Features,
 }
 
-/// The six, in the order in which they run.
-pub const ALL: [&Stage; 6] =
-    [&generate::STAGE, &traverse::STAGE, &shade::STAGE, &shadow::STAGE, &roulette::STAGE, &retire::STAGE];
+/// All of them, in the order in which they run.
+pub const ALL: [&Stage; 8] = [
+    &generate::STAGE,
+    &lamps::STAGE,
+    &traverse::STAGE,
+    &shade::STAGE,
+    &shadow::STAGE,
+    &roulette::STAGE,
+    &reuse::STAGE,
+    &retire::STAGE,
+];
+
+/// Their numbers in [`ALL`].
+pub mod number {
+    /// [`super::generate`]
+    pub const GENERATE: usize = 0;
+    /// [`super::lamps`]
+    pub const LAMPS: usize = 1;
+    /// [`super::traverse`]
+    pub const TRAVERSE: usize = 2;
+    /// [`super::shade`]
+    pub const SHADE: usize = 3;
+    /// [`super::shadow`]
+    pub const SHADOW: usize = 4;
+    /// [`super::roulette`]
+    pub const ROULETTE: usize = 5;
+    /// [`super::reuse`]
+    pub const REUSE: usize = 6;
+    /// [`super::retire`]
+    pub const RETIRE: usize = 7;
+}
 
 #[cfg(test)]
 pub(crate) mod tests {
@@ -72,6 +111,13 @@ pub(crate) mod tests {
     use crate::scene::camera::Camera;
     use crate::scene::stage::{Stage as Setting, UpAxis, place};
     use crate::scene::{SceneOptions, procedural};
+
+    #[test]
+    fn numbers_are_those_of_the_list() {
+        use number::*;
+        let names = [GENERATE, LAMPS, TRAVERSE, SHADE, SHADOW, ROULETTE, REUSE, RETIRE].map(|number| ALL[number].name);
+        assert_eq!(names, ["generate", "lamps", "traverse", "shade", "shadow", "roulette", "reuse", "retire"]);
+    }
 
     /// A small scene for the tests of the stages: cubes in the Cornell box, a frame of 32 × 24 pixels.
     pub struct Fixture {
@@ -100,6 +146,9 @@ pub(crate) mod tests {
                     scene: &self.scene,
                     accel: &self.accel,
                     lens: self.camera.lens(32, 24),
+                    width: 32,
+                    in_view: InView::default(),
+                    lamp_rays: 1,
                     transport: Transport::new(&options, &self.scene.lights),
                     features: plan.features,
                     sampler: Sampler::new(&options),

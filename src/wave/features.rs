@@ -50,6 +50,8 @@ features! {
     LOOK_BACK = 13, "light tree", "emission that a ray finds is weighed by what the light tree would have picked on the surface that the ray left";
     EFFICIENCY = 14, "roulette by efficiency", "rays are traced with the probability at which they are worth their work";
     DOUBLE = 15, "double precision", "positions in double precision were asked for";
+    REUSE = 16, "path reuse", "pixels next to each other share what their paths find behind the first surface";
+    LAMPS = 17, "lamp rays", "lights that the camera sees were to be looked at more closely";
 }
 
 impl Features {

@@ -7,6 +7,7 @@ pub mod paths;
 pub mod samples;
 pub mod shadows;
 pub mod span;
+pub mod vertices;
 
 use bumpalo::Bump;
 use columns::ColumnInfo;
@@ -15,6 +16,7 @@ use hits::Hits;
 use paths::Paths;
 use samples::Samples;
 use shadows::Shadows;
+use vertices::Vertices;
 
 /// All tables of one wave, owned by one worker at a time and allocated once a render.
 pub struct Wave {
@@ -32,6 +34,8 @@ pub struct Wave {
     pub shadows: Shadows,
     /// One row a shadow ray.
     pub shadow_hits: Hits,
+    /// One row a camera path.
+    pub vertices: Vertices,
     /// Scratch of a stage: queues of row numbers, flags. Emptied before each stage.
     pub scratch: Bump,
 }
@@ -67,7 +71,7 @@ impl Table {
 }
 
 /// The tables of a wave whose paths cast up to `shadow_samples` shadow rays a vertex.
-pub fn tables(shadow_samples: u32, features: Features) -> [Table; 6] {
+pub fn tables(shadow_samples: u32, features: Features) -> [Table; 7] {
     let shadow_rows = shadow_samples as usize * usize::from(features.has(Features::SHADOW));
     let continues = usize::from(features.has(Features::CONTINUE));
     let probes = usize::from(features.has(Features::HEMISPHERE));
@@ -81,13 +85,14 @@ pub fn tables(shadow_samples: u32, features: Features) -> [Table; 6] {
         table("shadow", Shadows::COLUMNS, Features::SHADOW, shadow_rows),
         table("shadow_hit", Hits::COLUMNS, Features::HEMISPHERE, shadow_rows * probes),
         table("next", Paths::COLUMNS, Features::CONTINUE, continues),
+        table("vertex", Vertices::COLUMNS, Features::REUSE, usize::from(features.has(Features::REUSE))),
     ]
 }
 
 impl Wave {
     /// Allocates `rows` rows of [`tables`].
     pub fn allocate(rows: usize, shadow_samples: u32, features: Features) -> Wave {
-        let [sample, path, hit, shadow, shadow_hit, next] = tables(shadow_samples, features);
+        let [sample, path, hit, shadow, shadow_hit, next, vertex] = tables(shadow_samples, features);
         Wave {
             rows,
             samples: Samples::allocate(rows * sample.rows_per_path, sample.features),
@@ -96,6 +101,7 @@ impl Wave {
             hits: Hits::allocate(rows * hit.rows_per_path, hit.features),
             shadows: Shadows::allocate(rows * shadow.rows_per_path, shadow.features),
             shadow_hits: Hits::allocate(rows * shadow_hit.rows_per_path, shadow_hit.features),
+            vertices: Vertices::allocate(rows * vertex.rows_per_path, vertex.features),
             scratch: Bump::new(),
         }
     }

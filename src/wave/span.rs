@@ -20,3 +20,13 @@ pub struct Span {
     /// Which pixel of that tile.
     pub local: u32,
 }
+
+impl Span {
+    /// Takes the first `count` samples off.
+    pub fn split_off_front(&mut self, count: u32) -> Span {
+        let front = Span { count, ..*self };
+        self.first += count * self.stride;
+        self.count -= count;
+        front
+    }
+}

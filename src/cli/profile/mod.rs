@@ -81,6 +81,9 @@ pub fn run(args: ProfileArgs) -> anyhow::Result<Done> {
         request.outputs.rate = None;
     }
     print_notes(&request.notes, request.report);
+    if request.options.shares() && !request.report.quiet {
+        complain("note: the depth-first control renders each path by itself: neither --reuse nor --lamp-rays are its");
+    }
     let save = options.save.as_deref().map(|name| record::path("profile", name)).transpose()?;
     let against = options.against.as_deref().map(|name| record::path("profile", name)).transpose()?;
     let earlier = against.as_deref().map(Record::read).transpose()?;

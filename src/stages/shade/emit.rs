@@ -13,7 +13,8 @@ use glam::Vec3;
 #[inline(always)]
 pub fn run(context: &Context, depth: u32, n: usize, input: &In, samples: &mut Samples, queue: &mut [u32]) -> usize {
     let scene = context.scene;
-    let counts_emission = context.transport.counts_emission(depth);
+    let looked_at = depth == 0 && context.features.has(Features::LAMPS);
+    let counts_emission = context.transport.counts_emission(depth) && !looked_at;
     let mut scattering = 0;
     for row in 0..n {
         let Some(geometry) = scene.shapes.geometries.get(input.hits.geom[row] as usize) else { continue };

@@ -3,7 +3,7 @@
 //! | | |
 //! |---|---|
 //! | reads | `path.*`, `hit.*`, `sample.pixel/index/r/g/b` (through `path.slot`) |
-//! | writes | `sample.r/g/b` (emission), `shadow.*`, `next.*`; at depth 0 the first-hit columns of `sample` |
+//! | writes | `sample.r/g/b` (emission), `shadow.*`, `next.*`; at depth 0 the first-hit columns of `sample`; for path reuse, `vertex.*` |
 //! | consumes | one row a live path |
 //! | produces | shadow rays; next paths, dead ones among them |
 //! | cost | 68 bytes read a row, 44 written a shadow ray, 44 written a next path (diffuse, MIS) |
@@ -18,6 +18,7 @@ mod direct;
 mod double;
 mod emit;
 mod first_hit;
+mod keep;
 mod scatter;
 mod surface;
 
@@ -28,6 +29,7 @@ use crate::wave::hits::Hits;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;
 use crate::wave::shadows::Shadows;
+use crate::wave::vertices::Vertices;
 use ahead::Ahead;
 use block::{Block, Outgoing};
 use bumpalo::Bump;
@@ -55,6 +57,7 @@ pub const STAGE: Stage = Stage {
         ("sample.depth", Features::AOVS),
         ("shadow.*", Features::SHADOW),
         ("next.*", Features::CONTINUE),
+        ("vertex.*", Features::REUSE),
     ],
     requires: Features::HITS,
 };
@@ -75,6 +78,8 @@ pub struct Out<'a> {
     pub shadows: &'a mut Shadows,
     /// Paths as they go on, dead ones among them.
     pub next: &'a mut Paths,
+    /// What paths have met.
+    pub vertices: &'a mut Vertices,
 }
 
 /// Rows produced, and rows that went through the blocks.
@@ -115,6 +120,9 @@ impl Kernel for Shade<'_, '_> {
         if depth == 0 {
             first_hit::run(context, n, &input, out.samples, blocks);
         }
+        if depth == 0 && context.features.has(Features::REUSE) {
+            keep::nothing(n, out.vertices);
+        }
         let mut counts = Counts::default();
         if !light {
             return counts;
@@ -125,6 +133,7 @@ impl Kernel for Shade<'_, '_> {
             return counts;
         }
         let first_hits = depth == 0 && context.features.has(Features::AOVS);
+        let keeps = context.features.has(Features::REUSE) && depth < 2;
         counts.scattering = scattering;
         let (block, rays) = (scratch.alloc(Block::default()), scratch.alloc(Outgoing::default()));
         let queue = &queue[..scattering];
@@ -143,6 +152,11 @@ impl Kernel for Shade<'_, '_> {
             }
             if first_hits {
                 first_hit::normals(block, out.samples);
+            }
+            if keeps && depth == 0 {
+                keep::first(block, out.vertices);
+            } else if keeps {
+                keep::second(block, out.samples, out.vertices);
             }
             if direct {
                 counts.shadows = direct::run(context, depth, block, rays, out.shadows, counts.shadows);

@@ -13,6 +13,7 @@
 mod planes;
 mod rays;
 mod spheres;
+mod swept;
 
 use super::Tree;
 use super::crossings::Crossings;
@@ -28,6 +29,7 @@ use crate::simd::wide::Wide;
 use planes::Plane;
 use rays::{RAYS, Rays};
 use smallvec::SmallVec;
+use swept::Swept;
 
 /// Triangles tested before their candidates are.
 const TRIANGLES: usize = 20;
@@ -46,8 +48,14 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const SPHERES: bool, const COUNT: b
     let bounds = planes.iter().fold(Aabb::EMPTY, |bounds, plane| bounds.union(plane.bounds()));
     let (mut at_hand, mut crossings) = (Rays::new(), Crossings::new());
     for first in (0..rays.len()).step_by(RAYS) {
+        let swept = Swept::of(&rays, first, &bounds);
+        let near: SmallVec<[&Plane; TRIANGLES]> = planes.iter().filter(|plane| plane.may_be_met(&swept)).collect();
+        if !SPHERES && !COUNT && near.is_empty() {
+            (first..rays.len().min(first + RAYS)).for_each(|row| finish(row, Hit::NONE));
+            continue;
+        }
         at_hand.load(&rays, first, &bounds);
-        for planes in planes.chunks(TRIANGLES) {
+        for planes in near.chunks(TRIANGLES) {
             triangles::<W, I>(wide, planes, &mut at_hand, &mut crossings);
         }
         if SPHERES {
@@ -89,7 +97,7 @@ pub fn trace<W: Wide, N: Node, I: Intersect, const SPHERES: bool, const COUNT: b
 
 /// Tests all rays against some triangles.
 #[inline(always)]
-fn triangles<W: Wide, I: Intersect>(wide: W, planes: &[Plane], rays: &mut Rays, crossings: &mut Crossings) {
+fn triangles<W: Wide, I: Intersect>(wide: W, planes: &[&Plane], rays: &mut Rays, crossings: &mut Crossings) {
     let mut may = [0u64; TRIANGLES];
     for first in (0..rays.len).step_by(4 * W::RAYS) {
         let lanes = rays.lanes(wide, first);

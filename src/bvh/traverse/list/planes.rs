@@ -25,6 +25,7 @@
 //! less than 40·|d|₁ (e is no longer than 1), and the tests by less than 20·|d|₁; nothing is gained by a close bound there, and [`BESIDE`] is 128,
 //! three times that for the third edge, which is a sum of the two others.
 
+use super::swept::Swept;
 use crate::bvh::aabb::Aabb;
 use crate::bvh::block::TriangleBlock;
 use crate::bvh::ray::MISS;
@@ -33,18 +34,18 @@ use crate::simd::wide::Wide;
 use glam::{DVec3, Vec3};
 
 /// By how much a distance from the plane may be off, relative to the way to the farthest corner.
-const NEAR: f32 = 20.0 * HALF_ULP;
+pub const NEAR: f32 = 20.0 * HALF_ULP;
 
 /// By how much a distance from an edge may be.
 const BESIDE: f32 = 128.0 * HALF_ULP;
 
-const HALF_ULP: f32 = 0.5 * f32::EPSILON;
+pub const HALF_ULP: f32 = 0.5 * f32::EPSILON;
 
 /// Room so that no sum overflows where its bound does not.
 const ROOM: f32 = 8.0;
 
 /// More than what underflow takes from any sum.
-const LEAST: f32 = 1e-36;
+pub const LEAST: f32 = 1e-36;
 
 /// A triangle as rays meet it.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +125,16 @@ pub struct Rays<L> {
 }
 
 impl Plane {
+    /// Whether any of the rays may hit the triangle: not if all of them stay on one side of its plane.
+    #[inline(always)]
+    pub fn may_be_met(&self, swept: &Swept) -> bool {
+        let normal = Vec3::from_array(self.normal[0]);
+        let away = normal.dot(swept.center - Vec3::from_array(self.corner)).abs();
+        // What is not a number is not beside it.
+        let beside = away - normal.abs().dot(swept.half) > swept.off * self.slant;
+        !beside
+    }
+
     /// Which rays may hit the triangle, one bit each. Comparisons with what is not a number let a ray through.
     #[inline(always)]
     pub fn candidates<W: Wide>(&self, wide: W, rays: &Rays<W::Lanes>) -> u32 {
@@ -174,6 +185,7 @@ fn dot<W: Wide>(wide: W, a: [f32; 3], b: [W::Lanes; 3]) -> W::Lanes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::columns::RayColumns;
     use crate::bvh::intersect::Intersect;
     use crate::bvh::moller_trumbore::MollerTrumbore;
     use crate::bvh::ray::Ray;
@@ -211,6 +223,24 @@ mod tests {
         prop_oneof![Just(0.0f32), Just(1.0), 0f32..1.0, near(0.0), near(1.0)]
     }
 
+    /// Where one ray passes.
+    fn swept(ray: &Ray, bounds: &Aabb) -> Swept {
+        let [[ox, oy, oz], [dx, dy, dz]] = [ray.origin, ray.direction].map(|v| v.to_array().map(|number| [number]));
+        let (t_max, none) = ([ray.t_max], None);
+        let rays = RayColumns {
+            ox: &ox,
+            oy: &oy,
+            oz: &oz,
+            dx: &dx,
+            dy: &dy,
+            dz: &dz,
+            t_min: none,
+            t_max: Some(&t_max),
+            low: None,
+        };
+        Swept::of(&rays, 0, bounds)
+    }
+
     /// What the test accepts within the ray's ends.
     fn accepts<I: Intersect>(ray: &Ray, triangle: &Triangle) -> bool {
         let axes = I::axes(ray.direction.to_array());
@@ -246,7 +276,8 @@ mod tests {
                 t_max: Quad.splat(ray.t_max),
                 slack: slack(ray.origin, ray.direction, &plane.bounds()).map(|number| Quad.splat(number)),
             };
-            let may = plane.candidates(Quad, &rays) & 1 == 1;
+            let met = plane.may_be_met(&swept(&ray, &plane.bounds()));
+            let may = met && plane.candidates(Quad, &rays) & 1 == 1;
             prop_assert!(may || !accepts::<Watertight>(&ray, &triangle), "watertight");
             prop_assert!(may || !accepts::<MollerTrumbore>(&ray, &triangle), "fast");
         }
@@ -264,6 +295,15 @@ mod tests {
             let rays = Rays { origin: splat(origin), direction: splat(direction), t_max: Quad.splat(10.0), slack };
             plane.candidates(Quad, &rays) & 1 == 1
         };
+        let met = |[start, end]: [Vec3; 2]| {
+            let ray = Ray { t_max: 1.0, ..Ray::new(start, end - start) };
+            plane.may_be_met(&swept(&ray, &plane.bounds()))
+        };
+        let off = Vec3::Y * (80.0 * HALF_ULP);
+        assert!(!met([Vec3::new(-0.9, 1.0, -0.5) - off, Vec3::new(0.3, -1.0, 0.7)]));
+        assert!(!met([Vec3::new(-0.9, 1.0, -0.5) + off, Vec3::new(0.3, 1.0, 0.7) + off]));
+        assert!(met([Vec3::new(-0.9, 1.0, -0.5) + off, Vec3::new(0.3, 1.0, 0.7) - off]));
+        assert!(met([Vec3::new(f32::INFINITY, 2.0, 0.0), Vec3::new(0.0, 3.0, 0.0)]));
         let on = Vec3::new(-0.5, 1.0 + 32.0 * HALF_ULP * 2.0, -0.5);
         assert!(!may(on, Vec3::new(0.3, 1.0, 0.2)));
         assert!(may(on, Vec3::new(0.3, -1.0, 0.2)));
