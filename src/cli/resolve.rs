@@ -208,7 +208,13 @@ impl RenderRequest {
             threads: args.speed.threads,
             simd: args.speed.simd,
         };
-        let last = options.integrator.bounces(options.max_depth).map_or(0, |(_, last)| last);
+        let (first, last) = options.integrator.bounces(options.max_depth).unwrap_or((1, 0));
+        if options.reuse > 1 && last < 2 {
+            notes.push(Note::warning("--reuse changes nothing: no light bounces twice"));
+        }
+        if options.lamp_rays > 1 && first > 0 {
+            notes.push(Note::warning("--lamp-rays changes nothing: lights are not shown themselves"));
+        }
         if options.clamp_indirect.is_some() && last < 2 {
             notes.push(Note::warning("--clamp-indirect changes nothing: no light bounces twice"));
         }
@@ -562,6 +568,10 @@ mod tests {
         assert!(refused("--reuse 4 --clamp-indirect 2").contains("--clamp-indirect"));
         assert!(refused("--reuse 4 --precision f64").contains("--reuse"));
         assert!(refused("--lamp-rays 4 --precision f64").contains("--lamp-rays"));
+        let noted = |line: &str| resolve(line).unwrap().notes.into_iter().map(|note| note.text).collect::<Vec<_>>();
+        assert_eq!(noted("--reuse 4 -m 1"), ["--reuse changes nothing: no light bounces twice"]);
+        assert_eq!(noted("--lamp-rays 4 --integrator normals").len(), 1);
+        assert!(noted("--reuse 4 --lamp-rays 4 -m 2").is_empty());
         for part in ["--reuse", "--lamp-rays"] {
             assert!(refused(&format!("{part} 2 --explain --pixel 1,1")).contains(part));
         }
