@@ -210,21 +210,30 @@ fn noise_is_told_from_bias() {
     told("--sampler independent");
 }
 
-/// So do renders by points that avoid each other, if they come in sequences that do not.
-/// Samples of one Sobol sequence avoid each other: their spread is an upper bound, and diff says so of each such picture.
+/// Samples of one Sobol sequence avoid each other: their spread is an upper bound, and diff says so of each such picture. It says too where
+/// pixels share paths.
 #[test]
-fn standard_errors_that_are_upper_bounds_are_told() {
+fn standard_errors_that_are_not_all_they_seem_are_told() {
     let dir = tempfile::tempdir().unwrap();
-    for (name, options) in [("sobol", ""), ("independent", "--sampler independent"), ("four", "--replicates 4")] {
+    for (name, options) in
+        [("sobol", ""), ("independent", "--sampler independent"), ("four", "--replicates 4"), ("shared", "--reuse 4")]
+    {
         let render = "render proc:torus,tris=500 -r 16 12 -s 8 --quiet";
         expect(dir.path(), &format!("{render} {options} -o {name}.exr"), 0);
     }
-    for (pictures, bounds) in [("sobol.exr sobol.exr", 2), ("four.exr sobol.exr", 1), ("four.exr independent.exr", 0)] {
+    for (pictures, bounds, alike) in [
+        ("sobol.exr sobol.exr", 2, 0),
+        ("four.exr sobol.exr", 1, 0),
+        ("four.exr independent.exr", 0, 0),
+        ("shared.exr independent.exr", 1, 1),
+    ] {
         let output = expect(dir.path(), &format!("diff {pictures}"), 0);
-        assert_eq!(stderr(&output).matches("upper bounds").count(), bounds, "{pictures}: {}", stderr(&output));
+        let told = ["upper bounds", "share paths"].map(|what| stderr(&output).matches(what).count());
+        assert_eq!(told, [bounds, alike], "{pictures}: {}", stderr(&output));
     }
 }
 
+/// So do renders by points that avoid each other, if they come in sequences that do not.
 #[test]
 fn replicates_make_standard_errors_right() {
     told("--replicates 128");

@@ -84,13 +84,9 @@ fn parts(path: &Path, bytes: &[u8], layer: Option<&str>) -> std::result::Result<
         match part.attributes.other.get(PROVENANCE.as_bytes()) {
             Some(provenance) => {
                 found.variance = Some(window.vectors(part, variance.channels)?);
-                if let AttributeValue::Text(text) = provenance
-                    && is_of_one_sequence(&text.to_string())
-                {
-                    found.notes.push(Note::info(format!(
-                        "{}: its standard errors are upper bounds, as its samples are points of one sequence; those of --replicates are not",
-                        path.display()
-                    )));
+                if let AttributeValue::Text(text) = provenance {
+                    let said = what_of_errors(&text.to_string());
+                    found.notes.extend(said.map(|what| Note::info(format!("{}: {what}", path.display()))));
                 }
             }
             None => found.notes.push(Note::info(format!(
@@ -102,12 +98,17 @@ fn parts(path: &Path, bytes: &[u8], layer: Option<&str>) -> std::result::Result<
     Ok(found)
 }
 
-/// Whether a picture's samples avoid each other, so that their spread says too much of the error of their mean. The spread of the rounds of a
-/// reference says what it is.
-fn is_of_one_sequence(provenance: &str) -> bool {
-    let Ok(about) = serde_json::from_str::<serde_json::Value>(provenance) else { return false };
+/// What is to be said of a picture's standard errors. Samples of one sequence avoid each other, so that their spread says too much of the error of
+/// their mean; the spread of the rounds of a reference says what it is. What pixels share, tests of many of them count many times.
+fn what_of_errors(provenance: &str) -> impl Iterator<Item = &'static str> + use<> {
+    let about: serde_json::Value = serde_json::from_str(provenance).unwrap_or_default();
     let options = &about["options"];
-    about["reference"].is_null() && options["replicates"] == 1 && options["sampler"].as_str() != Some("independent")
+    let sampler = options["sampler"].as_str().unwrap_or("independent");
+    let is_of_one_sequence = about["reference"].is_null() && options["replicates"] == 1 && sampler != "independent";
+    let shares = options["reuse"].as_u64().is_some_and(|pixels| pixels > 1);
+    let bounds = "its standard errors are upper bounds, as its samples are points of one sequence; those of --replicates are not";
+    let alike = "its pixels share paths (--reuse), so errors of neighbours are alike: tests of many pixels find more than there is";
+    [is_of_one_sequence.then_some(bounds), shares.then_some(alike)].into_iter().flatten()
 }
 
 /// Three channels, or three times the same.
