@@ -2,7 +2,7 @@
 
 use crate::bvh::{Accel, Query, Traversal};
 use crate::error::{Error, Result};
-use crate::film::{self, tile::FilmLayout};
+use crate::film::tile::{self, FilmLayout};
 use crate::measure::units;
 use crate::options::{Area, Cell, Direct, Integrator, Intersection, Precision, RenderOptions, Roulette, Sampler};
 use crate::scene::Scene;
@@ -19,9 +19,6 @@ use serde::Serialize;
 /// Chosen from the curve in `profiling/runs/2026-11-22-xeon-2c/wave_size.txt` (second-level cache of 2 MiB): over six scenes,
 /// 8192 rows of 1.4 MiB reach 99 % of each scene's best size, 4096 rows 97 %, 256 rows 89 %, 2²⁰ rows 84 %.
 const WAVE_BUDGET: usize = 2 << 20;
-
-/// Pixels of a tile.
-const TILE_PIXELS: usize = (film::tile::SIDE * film::tile::SIDE) as usize;
 
 /// A stage that will run.
 #[derive(Clone, Debug, Serialize)]
@@ -148,9 +145,10 @@ impl Plan {
         if wave.saturating_mul(transport.shadow_samples.max(1) as usize) >= 1 << 31 {
             return Err(Error::Options(format!("a wave of {wave} rows casts more shadow rays than can be numbered")));
         }
-        if features.has(Features::REUSE) && wave < TILE_PIXELS {
+        if features.has(Features::REUSE) && wave < tile::PIXELS {
             return Err(Error::Options(format!(
-                "a wave of {wave} rows does not hold a tile, whose {TILE_PIXELS} pixels share their paths"
+                "a wave of {wave} rows does not hold a tile, whose {} pixels share their paths",
+                tile::PIXELS
             )));
         }
         let film = FilmLayout::new(options);

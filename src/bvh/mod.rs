@@ -38,7 +38,7 @@ pub use aabb::Aabb;
 pub use accel::Accel;
 pub use brute::Brute;
 pub use build::format::may_be_limited;
-pub use build::{Tell, peak_bytes};
+pub use build::{Tell, peak_bytes, tight_bounds};
 pub use bvh4::Bvh4;
 pub use columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
 pub use double::peak_bytes as double_peak_bytes;

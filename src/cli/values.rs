@@ -1,6 +1,7 @@
 //! Parsers of single values. Each error says what is allowed.
 
 use crate::options::Roulette;
+use crate::transport::reuse::MOST_PIXELS;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use std::ffi::OsString;
@@ -46,7 +47,7 @@ pub fn power_of_two(text: &str) -> Result<u32, String> {
 
 /// Pixels of a block that share paths: a power of two, up to 64.
 pub fn block(text: &str) -> Result<u32, String> {
-    power_of_two_up_to(64, text)
+    power_of_two_up_to(MOST_PIXELS, text)
 }
 
 fn power_of_two_up_to(most: u32, text: &str) -> Result<u32, String> {

@@ -12,6 +12,9 @@ use crate::options::{Area, Cell, Integrator, RenderOptions, Sampler, Trust};
 /// Pixels along a tile's side.
 pub const SIDE: u32 = 16;
 
+/// Pixels of a whole tile.
+pub const PIXELS: usize = (SIDE * SIDE) as usize;
+
 /// Which sums a film keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilmLayout {

@@ -1,9 +1,9 @@
 //! Where in the frame lights may be seen directly.
 
-use crate::bvh::Aabb;
+use crate::bvh::tight_bounds;
 use crate::scene::Scene;
 use crate::scene::camera::Lens;
-use crate::scene::shapes::{NO_LIGHT, Shapes};
+use crate::scene::shapes::NO_LIGHT;
 use glam::Vec3;
 
 /// Rectangles of pixels that hold everything that emits, as the camera sees it.
@@ -21,7 +21,7 @@ impl InView {
         let emitting = shapes.geometries.iter().filter(|geometry| geometry.light != NO_LIGHT);
         let boxes = emitting.map(|geometry| {
             let prims = geometry.first_prim..geometry.first_prim + geometry.prim_count;
-            let around = prims.map(|prim| bounds(shapes, prim)).fold(Aabb::EMPTY, Aabb::union);
+            let around = tight_bounds(shapes, std::slice::from_ref(&prims));
             let corners = (0..8).map(|corner| {
                 let axis = |axis: usize| if corner >> axis & 1 == 0 { around.min[axis] } else { around.max[axis] };
                 lens.pixel(Vec3::new(axis(0), axis(1), axis(2)))
@@ -40,13 +40,6 @@ impl InView {
     /// Whether a light may be seen in the pixel at `x`, `y`.
     pub fn has(&self, x: u32, y: u32) -> bool {
         self.boxes.iter().any(|&[x0, y0, x1, y1]| (x0..x1).contains(&x) && (y0..y1).contains(&y))
-    }
-}
-
-fn bounds(shapes: &Shapes, prim: u32) -> Aabb {
-    match shapes.spheres.get((prim as usize).wrapping_sub(shapes.triangles.len())) {
-        Some(sphere) => Aabb { min: sphere.center - sphere.radius, max: sphere.center + sphere.radius },
-        None => Aabb::around(shapes.corners(prim)),
     }
 }
 

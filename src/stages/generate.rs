@@ -8,16 +8,14 @@
 //! | produces | one row a sample |
 //! | cost | 12 words written a row for a diffuse scene |
 
+use super::aim::aim;
 use super::{Context, Stage};
-use crate::sampling::lanes::Lanes;
 use crate::sampling::random::Dimensions;
-use crate::sampling::sampler::Sampler;
 use crate::simd::Kernel;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;
 use crate::wave::span::Span;
-use glam::Vec4;
 
 /// Its facts.
 pub const STAGE: Stage = Stage {
@@ -81,18 +79,14 @@ impl Kernel for Generate<'_, '_> {
             }
             n += span.count as usize;
         }
-        jitter(
-            &self.context.sampler,
+        aim(
+            self.context,
+            Dimensions::CAMERA,
             &samples.pixel[..n],
             &samples.index[..n],
-            [&mut paths.dx[..n], &mut paths.dy[..n]],
+            [&mut paths.dx, &mut paths.dy, &mut paths.dz],
         );
         let lens = self.context.lens;
-        for i in (0..n).step_by(Vec4::WIDTH) {
-            let (x, y) = (Vec4::load(&paths.dx[i..]), Vec4::load(&paths.dy[i..]));
-            let d = lens.direction(x, y);
-            d.store([&mut paths.dx, &mut paths.dy, &mut paths.dz], i);
-        }
         paths.ox[..n].fill(lens.origin.x);
         paths.oy[..n].fill(lens.origin.y);
         paths.oz[..n].fill(lens.origin.z);
@@ -113,22 +107,6 @@ impl Kernel for Generate<'_, '_> {
             }
         }
         n
-    }
-}
-
-/// Adds the sub-pixel position to each row's pixel corner.
-#[inline(always)]
-fn jitter(sampler: &Sampler, pixel: &[u32], index: &[u32], [x, y]: [&mut [f32]; 2]) {
-    const ROWS: usize = 64;
-    let rows = pixel.chunks(ROWS).zip(index.chunks(ROWS)).zip(x.chunks_mut(ROWS).zip(y.chunks_mut(ROWS)));
-    for ((pixels, indices), (x, y)) in rows {
-        // The last chunk is filled up with rows that nobody reads.
-        let (mut pixel, mut index, mut jitter) = ([0; ROWS], [0; ROWS], [[0.0; ROWS]; 2]);
-        pixel[..pixels.len()].copy_from_slice(pixels);
-        index[..indices.len()].copy_from_slice(indices);
-        sampler.draw_rows(&pixel, &index, Dimensions::CAMERA, &mut jitter);
-        x.iter_mut().zip(&jitter[0]).for_each(|(x, u)| *x += u);
-        y.iter_mut().zip(&jitter[1]).for_each(|(y, v)| *y += v);
     }
 }
 

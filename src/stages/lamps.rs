@@ -12,16 +12,16 @@
 //! must know there is whether it meets the lamp: many of them cost less than one path. Emission at the first
 //! vertex is theirs then, and paths leave it out.
 
+use super::aim::aim;
 use super::{Context, Stage};
 use crate::bvh::{Accel, HitColumnsMut, Query, RayColumns, TraversalCounts};
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::lanes::V3;
 use crate::sampling::random::Dimensions;
 use crate::simd::Kernel;
 use crate::transport::emission;
 use crate::wave::features::Features;
 use crate::wave::samples::Samples;
 use bumpalo::Bump;
-use glam::Vec4;
 
 /// Its facts.
 pub const STAGE: Stage = Stage {
@@ -39,9 +39,6 @@ pub const STAGE: Stage = Stage {
 
 /// Rays that are traced at once.
 const ROWS: usize = 2048;
-
-/// Rays whose random numbers are drawn at once.
-const BLOCK: usize = 64;
 
 /// Adds to the first `n` samples what lights show in their pixels; returns how many rays that took, and what they visited.
 pub fn run(context: &Context, n: usize, samples: &mut Samples, scratch: &Bump) -> (usize, TraversalCounts) {
@@ -69,12 +66,13 @@ pub fn run(context: &Context, n: usize, samples: &mut Samples, scratch: &Bump) -
             let own = samples.index[sample as usize];
             (slot[row], pixel[row]) = (sample, samples.pixel[sample as usize]);
             index[row] = context.sampler.part(own, context.lamp_rays, ray);
+            (dx[row], dy[row]) = ((pixel[row] % width) as f32, (pixel[row] / width) as f32);
             rows = row + 1;
         }
         if rows == 0 {
             return (len * rays, counts);
         }
-        context.tier.run(Aim { context, rows, pixel, index, direction: [dx, dy, dz] });
+        context.tier.run(Aim { context, pixel: &pixel[..rows], index: &index[..rows], direction: [dx, dy, dz] });
         let columns = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None }.rows(0..rows);
         let hits = HitColumnsMut { t, u, v, prim, geom };
         counts += trace(context.accel, way, context.tier, columns, hits);
@@ -95,7 +93,6 @@ pub fn run(context: &Context, n: usize, samples: &mut Samples, scratch: &Bump) -
 /// Directions through the pixels of some rows.
 struct Aim<'a, 'c> {
     context: &'a Context<'c>,
-    rows: usize,
     pixel: &'a [u32],
     index: &'a [u32],
     direction: [&'a mut [f32]; 3],
@@ -106,23 +103,7 @@ impl Kernel for Aim<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        let Aim { context, rows, pixel, index, direction: [dx, dy, dz] } = self;
-        let mut jitter = [[0.0; BLOCK]; 2];
-        // Rows beyond the last are computed along.
-        for first in (0..rows).step_by(BLOCK) {
-            let at = first..first + BLOCK;
-            let (Ok(pixel), Ok(index)) = (pixel[at.clone()].try_into(), index[at].try_into()) else { continue };
-            let pixel: &[u32; BLOCK] = pixel;
-            context.sampler.draw_rows(pixel, index, Dimensions::LAMPS, &mut jitter);
-            for i in (0..BLOCK).step_by(Vec4::WIDTH) {
-                let corner = |of: fn(u32, u32) -> u32| {
-                    Vec4::from_array(std::array::from_fn(|lane| of(pixel[i + lane], context.width) as f32))
-                };
-                let x = corner(|pixel, width| pixel % width) + Vec4::load(&jitter[0][i..]);
-                let y = corner(|pixel, width| pixel / width) + Vec4::load(&jitter[1][i..]);
-                context.lens.direction(x, y).store([dx, dy, dz], first + i);
-            }
-        }
+        aim(self.context, Dimensions::LAMPS, self.pixel, self.index, self.direction);
     }
 }
 

@@ -11,6 +11,7 @@
 //! | [`reuse`] | finished paths of a tile | samples that blocks of pixels share |
 //! | [`retire`] | samples | film; pixels that are done |
 
+mod aim;
 pub mod generate;
 pub mod lamps;
 pub mod retire;

@@ -8,6 +8,9 @@
 
 use crate::sampling::lanes::{Lanes, V3};
 
+/// Most pixels that share paths.
+pub const MOST_PIXELS: u32 = 64;
+
 /// A first vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct First<F> {

@@ -38,7 +38,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-pub(super) use fragment::tight_bounds;
+pub use fragment::tight_bounds;
 pub use memory::peak_bytes;
 
 use super::Bvh4;

@@ -3,14 +3,14 @@
 use crate::bvh::RayColumns;
 use crate::sampling::lanes::{Lanes, V3};
 use crate::simd::Kernel;
-use crate::transport::reuse::{First, Link, Second, link};
+use crate::transport::reuse::{First, Link, MOST_PIXELS, Second, link};
 use crate::wave::samples::Samples;
 use crate::wave::vertices::Vertices;
 use bumpalo::Bump;
 use glam::Vec4;
 
 /// Most pixels a block has.
-pub const BLOCK: usize = 64;
+const BLOCK: usize = MOST_PIXELS as usize;
 
 /// Ways that are tried at once: those of a few blocks, or of the largest one.
 pub const ROWS: usize = 4096;
