@@ -24,7 +24,7 @@ KNOBS = [
     ("replicates", "1", ["4", "16"], []),
     ("direct", "mis", ["light", "bsdf", "hemisphere"], []),
     ("light-samples", "1", ["2", "4"], []),
-    ("light-sampling", "area", ["solid-angle"], []),
+    ("light-sampling", "corners", ["area", "solid-angle"], []),
     ("light-selection", "auto", ["each", "power", "tree"], []),
     ("roulette", "efficiency", ["off", "throughput", "fixed:0.7", "efficiency:0.5", "efficiency:2"], []),
     ("clamp-indirect", "off", ["1", "0.1"], []),
@@ -39,6 +39,9 @@ KNOBS = [
     ("precision", "f32", ["f64"], []),
     ("bvh", "default", ["fast", "best"], []),
     ("nodes", "auto", ["full", "compact"], []),
+    ("leaves", "auto", ["compact"], []),
+    ("reuse", "1", ["4", "16", "64"], []),
+    ("lamp-rays", "1", ["16"], []),
     ("wave", "8192", ["256", "1048576"], []),
 ]
 

@@ -87,6 +87,8 @@ pub enum Event {
         survival: f32,
         /// The lot: below that it does.
         lot: f32,
+        /// Whether nothing counts any more but emission, and no light is in the way.
+        in_vain: bool,
     },
 }
 
@@ -181,12 +183,13 @@ fn told(event: &Event, scene: &Scene) -> String {
             let outcome = value.map_or("nothing shines there".into(), |value| format!("+ {}", show(value)));
             format!("  looks   {} at {}: {outcome}", show(*direction), hit_name(hit, scene))
         }
-        Event::Bounce { pdf, beta, survival, lot } => {
+        Event::Bounce { pdf, beta, survival, lot, in_vain } => {
             let carries = beta.max_component() > 0.0;
-            let fate = match (carries, lot < survival) {
-                (false, _) => "carries nothing: the path ends",
-                (true, true) => "goes on",
-                (true, false) => "the path ends",
+            let fate = match (carries, *in_vain, lot < survival) {
+                (false, ..) => "carries nothing: the path ends",
+                (_, true, _) => "no light is in its way, and nothing else would count: the path ends",
+                (.., true) => "goes on",
+                (.., false) => "the path ends",
             };
             format!("  bounce  pdf {pdf}, β {}, survival {survival}, lot {lot}: {fate}", show(*beta))
         }

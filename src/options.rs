@@ -71,8 +71,10 @@ pub enum Sampler {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightSampling {
-    /// Uniform by area.
+    /// Parallelograms more often where more light would come from, by their corners; triangles uniform by area.
     #[default]
+    Corners,
+    /// Uniform by area.
     Area,
     /// Rectangles and triangles uniform by solid angle, unless that is tiny.
     SolidAngle,

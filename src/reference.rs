@@ -1,8 +1,7 @@
 //! The depth-first path tracer: one path at a time, from the camera to its end.
 //!
-//! It is the oracle (same random numbers, same pure functions, so the same picture to the bit) and the control that waves
-//! must beat. It shares the scene, its acceleration structure and the pure functions of `sampling`, `material`, `light`
-//! and `transport`, and nothing of waves, stages or plans.
+//! It is the oracle (same random numbers, same pure functions, so the same picture to the bit) and the control that waves must beat. It shares
+//! the scene, its acceleration structure and the pure functions of `sampling`, `material`, `light` and `transport`, nothing of waves and plans.
 
 use crate::bvh::ray::{Hit, Ray};
 use crate::bvh::{Accel, SingleRay};
@@ -283,8 +282,9 @@ impl<'a> Tracer<'a> {
         let drawn = diffuse::sample(albedo, at.normal, at.geometric, random[0], random[1]);
         let beta = path.beta.times(drawn.weight);
         let survival = self.transport.survival(depth, path.rate, beta);
-        let carries = beta.max_component() > 0.0;
-        rays.witness.saw(|| Event::Bounce { pdf: drawn.pdf, beta, survival, lot: random[2] });
+        let in_vain = self.transport.in_vain(depth, at.origin.high, drawn.direction);
+        let carries = beta.max_component() > 0.0 && !in_vain;
+        rays.witness.saw(|| Event::Bounce { pdf: drawn.pdf, beta, survival, lot: random[2], in_vain });
         if !carries || random[2] >= survival {
             return false;
         }

@@ -9,10 +9,11 @@ mod double;
 pub mod reuse;
 
 use crate::bvh::ray::Hit;
+use crate::light::around::Around;
 use crate::light::selection::{Chosen, Selection};
 use crate::light::{Light, LightSample};
 use crate::material::diffuse;
-use crate::options::{Direct, Integrator, LightSampling, RenderOptions, Roulette};
+use crate::options::{Direct, Integrator, LightSampling, Precision, RenderOptions, Roulette};
 use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
@@ -48,6 +49,8 @@ pub struct Transport {
     pub selection: Selection,
     /// How points on lights are drawn.
     pub light_sampling: LightSampling,
+    /// Where a ray may find a light, if that is soon said; not in double precision.
+    pub around: Option<Around>,
     /// Pixels that share what their second vertices scatter; 1: none do, or no second vertex scatters anything.
     pub reuse: u32,
 }
@@ -91,6 +94,7 @@ impl Transport {
             shadow_samples,
             selection,
             light_sampling: options.light_sampling,
+            around: Around::new(lights).filter(|_| options.accel.precision == Precision::F32),
             reuse: 1,
         };
         if transport.continues(0) && (transport.counts_direct(1) || transport.continues(1)) {
@@ -121,6 +125,20 @@ impl Transport {
         last <= self.max_bounce
     }
 
+    /// Where lights are, if a ray that leaves vertex `depth` is for nothing but to find one: the last of a path, which takes part in its last
+    /// estimate of direct light.
+    #[inline(always)]
+    pub fn looks_for_lights(&self, depth: u32) -> Option<&Around> {
+        let next = depth + 1;
+        self.around.as_ref().filter(|_| !self.counts_direct(next) && !self.continues(next))
+    }
+
+    /// Whether a ray that leaves vertex `depth` from `origin` is of no use, as no light is in its way.
+    #[inline(always)]
+    pub fn in_vain(&self, depth: u32, origin: V3<f32>, direction: V3<f32>) -> bool {
+        self.looks_for_lights(depth).is_some_and(|around| around.misses(origin, direction))
+    }
+
     /// Whether light and continuing rays share the estimate of direct light.
     pub fn mis(&self) -> bool {
         self.direct == Direct::Mis
@@ -148,7 +166,7 @@ impl Transport {
         let Chosen { id, part, rate } =
             self.selection.choose(lights, [k, self.shadow_samples], choice, from.high, normal)?;
         let light = &lights[id];
-        let found = light.sample(part, from, [u, v], self.light_sampling);
+        let found = light.sample(part, from, normal, [u, v], self.light_sampling);
         Some(Asked { id, light: Sampled { radiance: light.radiance.into(), rate }, found })
     }
 
@@ -241,7 +259,8 @@ pub fn light_contribution<F: Lanes>(at: Vertex<F>, light: Sampled<F>, sample: Li
     let cos = sample.direction.dot(at.normal);
     let density = sample.pdf * light.rate;
     let reaches = cos.gt(zero) & sample.direction.dot(at.geometric).gt(zero) & density.gt(zero);
-    let weight = if mis { warp::power_heuristic(density, diffuse::pdf(cos)) } else { F::splat(1.0) };
+    let weight =
+        if mis { warp::power_heuristic(sample.reckoned * light.rate, diffuse::pdf(cos)) } else { F::splat(1.0) };
     let value = at.beta.times(diffuse::evaluate(at.albedo)).times(light.radiance) * (cos / density * weight);
     V3::select(reaches, value, V3::new(zero, zero, zero))
 }

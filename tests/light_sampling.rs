@@ -50,6 +50,9 @@ fn p_value(counts: &[u32], expected: &[f64], what: &str) -> f64 {
     1.0 - ChiSquared::new(f64::from(cells - 1)).expect("cells").cdf(chi2)
 }
 
+/// Of the surface that asks: these ways to draw do not look at it.
+const NORMAL: V3<f32> = V3 { x: 0.0, y: 0.0, z: 1.0 };
+
 const HOW: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
 
 fn light(shape: Option<LightShape>) -> Light {
@@ -234,7 +237,7 @@ fn points_on_lights_follow_their_densities() {
                 let cap = Cap::around(&light, point);
                 let draw = |i: u32| {
                     let [u, v, ..] = uniform4(i, number as u32, how as u32, 5);
-                    light.sample(0, from, [u, v], how)
+                    light.sample(0, from, NORMAL, [u, v], how)
                 };
                 if (0..1000).all(|i| draw(i).pdf == 0.0) {
                     assert!(density(-V3::from(point).normalize()) == 0.0, "{what}: nothing is drawn");
@@ -285,7 +288,7 @@ fn solid_angle_is_uniform_over_the_light() {
             let mut range = (f32::INFINITY, 0.0f32);
             for i in 0..1000 {
                 let [u, v, ..] = uniform4(i, 0, 0, 0);
-                let pdf = light.sample(0, from, [u, v], how).pdf;
+                let pdf = light.sample(0, from, NORMAL, [u, v], how).pdf;
                 range = (range.0.min(pdf), range.1.max(pdf));
             }
             range.1 / range.0
@@ -405,7 +408,7 @@ fn what_lights_a_point_is_never_left_out() {
         let normal = warp::uniform_cap(w, x, 2.0f32);
         for (number, light) in lights.iter().enumerate().filter(|(_, light)| light.radiance != Vec3::ZERO) {
             let part = light.pick(y);
-            let sample = light.sample(part, from, [z, w], LightSampling::SolidAngle);
+            let sample = light.sample(part, from, NORMAL, [z, w], LightSampling::SolidAngle);
             if sample.pdf > 0.0 && sample.direction.dot(normal) > 0.0 {
                 arrived += 1;
                 let probability = tree.probability(number, part, from, normal);

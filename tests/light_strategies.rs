@@ -13,7 +13,7 @@ use common::{Ready, assert_same, make};
 use glam::Vec3;
 
 const SELECTIONS: [LightSelection; 3] = [LightSelection::Each, LightSelection::Power, LightSelection::Tree];
-const SAMPLINGS: [LightSampling; 2] = [LightSampling::Area, LightSampling::SolidAngle];
+const SAMPLINGS: [LightSampling; 3] = [LightSampling::Corners, LightSampling::Area, LightSampling::SolidAngle];
 
 fn small() -> RenderOptions {
     RenderOptions { width: 24, height: 18, samples: 48, max_depth: 3, aovs: true, ..RenderOptions::default() }

@@ -58,7 +58,7 @@ fn double_precision_agrees_to_the_bit() {
     }
     let ready = Ready::course_in(&common::own("cornell_spheres.dae"), Normals::Smooth, tree);
     for integrator in [Integrator::Direct, Integrator::IndirectOnly, Integrator::Normals, Integrator::BvhCost] {
-        for light_sampling in [LightSampling::Area, LightSampling::SolidAngle] {
+        for light_sampling in [LightSampling::Corners, LightSampling::Area, LightSampling::SolidAngle] {
             let options = RenderOptions { integrator, light_sampling, light_samples: 2, accel: tree, ..small() };
             check(&ready, &options, &format!("f64, {integrator:?} {light_sampling:?}"));
         }

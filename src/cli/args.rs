@@ -389,7 +389,7 @@ pub struct TransportArgs {
     #[arg(short = 'H', long)]
     pub hemisphere: bool,
     /// How points on lights are drawn.
-    #[arg(long, value_name = "HOW", default_value = "area", value_parser = choice(LIGHT_SAMPLINGS))]
+    #[arg(long, value_name = "HOW", default_value = "corners", value_parser = choice(LIGHT_SAMPLINGS))]
     pub light_sampling: LightSampling,
     /// Which lights are asked at each point of a path.
     #[arg(long, value_name = "WHICH", default_value = "auto", value_parser = choice(LIGHT_SELECTIONS))]
@@ -554,6 +554,11 @@ pub(super) const DIRECTS: &[(&str, &str, Direct)] = &[
 ];
 
 pub(super) const LIGHT_SAMPLINGS: &[(&str, &str, LightSampling)] = &[
+    (
+        "corners",
+        "parallelograms by what would arrive from their corners; triangles uniform by area",
+        LightSampling::Corners,
+    ),
     ("area", "uniform by area", LightSampling::Area),
     (
         "solid-angle",

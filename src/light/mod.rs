@@ -4,6 +4,8 @@
 //! emissive mesh together, or a sphere. Its *parts* are what points are drawn from: the triangles of a mesh, or the light
 //! itself.
 
+pub mod around;
+pub mod corners;
 pub mod in_view;
 pub mod near;
 pub mod rectangle;
@@ -70,15 +72,23 @@ impl Light {
         }
     }
 
-    /// A point of a part seen from `from`: two numbers in [0, 1) choose it.
+    /// A point of a part seen from `from`, where a surface has this unit `normal`: two numbers in [0, 1) choose it.
     #[inline(always)]
-    pub fn sample(&self, part: u32, from: impl Into<Origin>, [u, v]: [f32; 2], how: LightSampling) -> LightSample<f32> {
+    pub fn sample(
+        &self,
+        part: u32,
+        from: impl Into<Origin>,
+        normal: V3<f32>,
+        [u, v]: [f32; 2],
+        how: LightSampling,
+    ) -> LightSample<f32> {
         let from: Origin = from.into();
         if from.low.is_some() {
-            return self.near(part, from.wide()).sample([u, v], how);
+            return self.near(part, from.wide()).sample(normal, [u, v], how);
         }
         let from = from.high;
         match (&self.shape, how) {
+            (LightShape::Parallelogram(p), LightSampling::Corners) => p.sample_corners(from, normal, u, v),
             (LightShape::Parallelogram(p), LightSampling::Area) => p.sample_area(from, u, v),
             (LightShape::Parallelogram(p), LightSampling::SolidAngle) => p.sample_solid_angle(from, u, v),
             (LightShape::Mesh(mesh), _) => mesh.triangles[part as usize].sample(from, u, v, how),
@@ -86,8 +96,8 @@ impl Light {
         }
     }
 
-    /// The solid-angle density with which [`Light::sample`] finds, from `from`, the point of the part that a ray of unit
-    /// direction hits at `distance` under cosine `cos_light` (> 0) to the light's normal.
+    /// [`LightSample::reckoned`] of the point of the part that a ray of unit direction from `from` hits at `distance` under
+    /// cosine `cos_light` (> 0) to the light's normal.
     #[inline(always)]
     pub fn pdf(&self, part: u32, from: impl Into<Origin>, distance: f32, cos_light: f32, how: LightSampling) -> f32 {
         let from: Origin = from.into();
@@ -129,6 +139,9 @@ pub struct LightSample<F> {
     pub distance: F,
     /// Solid-angle density; 0 where the light does not emit towards `from`.
     pub pdf: F,
+    /// The density that MIS weights reckon with: `pdf`, or what stands for it where that depends on the surface that asks, of which a ray that
+    /// finds the light knows nothing any more. Weights may be any, so long as they add up to 1.
+    pub reckoned: F,
 }
 
 /// The sample that a point on a light makes: `point` is moved off the surface along the unit `normal` by `offset`,
@@ -142,5 +155,5 @@ fn towards<F: Lanes>(from: V3<F>, point: V3<F>, normal: V3<F>, offset: F, area: 
     let direction = way * (F::splat(1.0) / distance);
     let cos_light = -direction.dot(normal);
     let pdf = F::select(cos_light.gt(zero), squared / (cos_light * area), zero);
-    LightSample { direction, distance, pdf }
+    LightSample { direction, distance, pdf, reckoned: pdf }
 }

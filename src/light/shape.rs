@@ -1,5 +1,6 @@
 //! The shapes that emit, and how points on them are drawn.
 
+use super::corners::Corners;
 use super::rectangle::SeenRectangle;
 use super::triangle::SeenTriangle;
 use super::{LightSample, towards};
@@ -100,7 +101,17 @@ impl Parallelogram {
         let (s, t) = seen.sample(u, v);
         let found = self.sample_area(from, F::select(by_solid_angle, s, u), F::select(by_solid_angle, t, v));
         let reaches = by_solid_angle & found.pdf.gt(F::splat(0.0));
-        LightSample { pdf: F::select(reaches, F::splat(0.5) / seen.half, found.pdf), ..found }
+        let pdf = F::select(reaches, F::splat(0.5) / seen.half, found.pdf);
+        LightSample { pdf, reckoned: pdf, ..found }
+    }
+
+    /// A point, more often where more light would come from to a surface with this unit `normal`. Weights reckon with its density by area.
+    #[inline(always)]
+    pub fn sample_corners<F: Lanes>(&self, from: V3<F>, normal: V3<F>, u: F, v: F) -> LightSample<F> {
+        let sides = [self.side_u, self.side_v].map(V3::splat);
+        let drawn = Corners::new(V3::splat(self.corner) - from, sides, normal).sample(u, v);
+        let found = self.sample_area(from, drawn.s, drawn.t);
+        LightSample { pdf: found.pdf * drawn.density, ..found }
     }
 
     /// The rectangle as a point sees it, and whether points are drawn by solid angle there. Samples and densities follow the same
@@ -115,7 +126,7 @@ impl Parallelogram {
         Some((seen, seen.is_wide(SMALLEST_SOLID_ANGLE)))
     }
 
-    /// Solid-angle density of a point at `distance`, seen under `cos` (> 0) to the normal.
+    /// [`LightSample::reckoned`] of a point at `distance`, seen under `cos` (> 0) to the normal.
     #[inline(always)]
     pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
         let seen = if how == LightSampling::SolidAngle { self.seen(from) } else { None };
@@ -227,7 +238,10 @@ impl EmissiveTriangle {
         let point = a * weights[0] + b * weights[1] + c * weights[2];
         let found = towards(from, point, self.normal.into(), self.offset, self.area);
         match seen {
-            Some(seen) if found.pdf > 0.0 => LightSample { pdf: 0.5 / seen.half, ..found },
+            Some(seen) if found.pdf > 0.0 => {
+                let pdf = 0.5 / seen.half;
+                LightSample { pdf, reckoned: pdf, ..found }
+            }
             _ => found,
         }
     }
@@ -235,7 +249,7 @@ impl EmissiveTriangle {
     /// The triangle as a point sees it if points are drawn by solid angle there. Samples and densities follow the same rule.
     #[inline(always)]
     fn seen(&self, from: V3<f32>, how: LightSampling) -> Option<SeenTriangle> {
-        if how == LightSampling::Area {
+        if how != LightSampling::SolidAngle {
             return None;
         }
         let ways = self.corners.map(|corner| V3::from(corner) - from);
@@ -244,7 +258,7 @@ impl EmissiveTriangle {
         (height > 0.0 && seen.is_wide(SMALLEST_SOLID_ANGLE)).then_some(seen)
     }
 
-    /// Solid-angle density of a point at `distance`, seen under `cos` (> 0) to the normal.
+    /// [`LightSample::reckoned`] of a point at `distance`, seen under `cos` (> 0) to the normal.
     #[inline(always)]
     pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
         match self.seen(from, how) {
@@ -301,7 +315,8 @@ impl EmissiveSphere {
         let foot = to_center - direction * along;
         let half_chord = (radius * radius - foot.dot(foot)).max(zero).sqrt();
         let distance = (along - half_chord - F::splat(self.offset)).max(zero);
-        LightSample { direction, distance, pdf: cone_pdf(height) }
+        let pdf = cone_pdf(height);
+        LightSample { direction, distance, pdf, reckoned: pdf }
     }
 }
 

@@ -77,13 +77,16 @@ fn single_light<'a>(context: &'a Context, k: u32) -> Option<(&'a Light, f32)> {
 #[inline(always)]
 fn one_light(context: &Context, block: &Block, asked: (&Light, f32), rays: &mut Outgoing) {
     match (&asked.0.shape, context.transport.light_sampling) {
+        (LightShape::Parallelogram(p), LightSampling::Corners) => {
+            four_by_four(context, block, asked, rays, |from, normal, u, v| p.sample_corners(from, normal, u, v));
+        }
         (LightShape::Parallelogram(p), LightSampling::Area) => {
-            four_by_four(context, block, asked, rays, |from, u, v| p.sample_area(from, u, v));
+            four_by_four(context, block, asked, rays, |from, _, u, v| p.sample_area(from, u, v));
         }
         (LightShape::Parallelogram(p), LightSampling::SolidAngle) => {
-            four_by_four(context, block, asked, rays, |from, u, v| p.sample_solid_angle(from, u, v));
+            four_by_four(context, block, asked, rays, |from, _, u, v| p.sample_solid_angle(from, u, v));
         }
-        (LightShape::Sphere(s), _) => four_by_four(context, block, asked, rays, |from, u, v| s.sample(from, u, v)),
+        (LightShape::Sphere(s), _) => four_by_four(context, block, asked, rays, |from, _, u, v| s.sample(from, u, v)),
         (LightShape::Mesh(_), _) => unreachable!("meshes are sampled row by row"),
     }
 }
@@ -94,15 +97,16 @@ fn four_by_four(
     block: &Block,
     (light, rate): (&Light, f32),
     rays: &mut Outgoing,
-    sample: impl Fn(V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
+    sample: impl Fn(V3<Vec4>, V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
 ) {
     let transport = &context.transport;
     let light = Sampled { radiance: V3::splat(light.radiance), rate: Vec4::splat(rate) };
     let mis = transport.mis();
     for i in (0..block.len).step_by(Vec4::WIDTH) {
         let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
-        let found = sample(get(&block.origin, i), u, v);
-        let value = light_contribution(block.vertex(i), light, found, mis);
+        let vertex = block.vertex(i);
+        let found = sample(get(&block.origin, i), vertex.normal, u, v);
+        let value = light_contribution(vertex, light, found, mis);
         set(&mut rays.direction, i, found.direction);
         found.distance.store(&mut rays.number[i..]);
         set(&mut rays.value, i, value);

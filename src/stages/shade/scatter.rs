@@ -6,7 +6,7 @@ use crate::sampling::lanes::{Lanes, V3};
 use crate::stages::Context;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// Appends the block's next paths behind row `n` of `next`; returns the new count. Dead ones have β = 0.
 /// `rays` is scratch.
@@ -27,6 +27,12 @@ pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing
         set(direction, i, sample.direction);
         set(beta, i, get::<Vec4>(&block.beta, i).times(sample.weight));
         sample.pdf.store(&mut pdf[i..]);
+    }
+    if let Some(lights) = context.transport.looks_for_lights(depth) {
+        for i in (0..block.len).step_by(Vec4::WIDTH) {
+            let in_vain = lights.misses::<Vec4>(get(&block.origin, i), get(direction, i));
+            set(beta, i, V3::<Vec4>::select(in_vain, V3::splat(Vec3::ZERO), get(beta, i)));
+        }
     }
     let len = block.len;
     for (to, from) in [
