@@ -178,9 +178,11 @@ fn cross(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) 
 /// The same without branches.
 #[inline(always)]
 fn meet(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) -> (Crossing, bool) {
-    let z = corners[2].map(|c| c - origin[2]);
-    let x: [f32; 3] = std::array::from_fn(|i| (corners[0][i] - origin[0]) - shear[0] * z[i]);
-    let y: [f32; 3] = std::array::from_fn(|i| (corners[1][i] - origin[1]) - shear[1] * z[i]);
+    // Spelt out, here and below: loops over three, however short, keep the compiler from making vectors of the loop over pairs.
+    let z = [corners[2][0] - origin[2], corners[2][1] - origin[2], corners[2][2] - origin[2]];
+    let x = |i: usize| (corners[0][i] - origin[0]) - shear[0] * z[i];
+    let y = |i: usize| (corners[1][i] - origin[1]) - shear[1] * z[i];
+    let (x, y) = ([x(0), x(1), x(2)], [y(0), y(1), y(2)]);
     // As the lanes have it: overflow in f32 is a miss, whatever f64 would say.
     let [p, q, r] = [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]];
     let inside = (p >= 0.0) & (q >= 0.0) & (r >= 0.0) | (p <= 0.0) & (q <= 0.0) & (r <= 0.0);
@@ -195,7 +197,8 @@ fn meet(origin: [f32; 3], shear: [f32; 2], depth: f32, corners: [[f32; 3]; 3]) -
 /// The edge functions, with products that are exact in f64, and so with the right sign. The few lanes that come this far cost nothing.
 #[inline(always)]
 fn exact_edges(x: [f32; 3], y: [f32; 3]) -> [f64; 3] {
-    let (x, y) = (x.map(f64::from), y.map(f64::from));
+    let wide = |[a, b, c]: [f32; 3]| [f64::from(a), f64::from(b), f64::from(c)];
+    let (x, y) = (wide(x), wide(y));
     [x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]]
 }
 

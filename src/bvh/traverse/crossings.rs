@@ -87,9 +87,9 @@ impl Crossings {
         let (mut t, mut u, mut v) = ([0.0; PAIRS], [0.0; PAIRS], [0.0; PAIRS]);
         let len = self.len.min(PAIRS);
         for row in 0..len {
-            let corners = self.corners.each_ref().map(|axis| axis.each_ref().map(|corner| corner[row]));
             let at = |columns: &[Column; 3]| [columns[0][row], columns[1][row], columns[2][row]];
-            let (crossing, does) = I::meet(at(&self.origin), at(&self.direction), corners);
+            let [x, y, z] = &self.corners;
+            let (crossing, does) = I::meet(at(&self.origin), at(&self.direction), [at(x), at(y), at(z)]);
             // What is not a number is beyond all ends.
             t[row] = if does { crossing.t } else { f32::NAN };
             (u[row], v[row]) = (crossing.u, crossing.v);
