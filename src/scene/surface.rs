@@ -2,7 +2,7 @@
 
 use super::origin::Origin;
 use crate::sampling::lanes::{Lanes, V3};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Bound on the relative rounding error of a position built from a few products and sums, with room to spare: 32 half
 /// units in the last place. (Ten operations suffice; the rest covers the intersection test of a triangle
@@ -33,14 +33,37 @@ impl From<SurfacePoint<f32>> for SurfacePoint<f32, Origin> {
 /// The position comes from the corners, not from origin + t·direction: its error is a few units in the last place of the
 /// corners, however long the ray was.
 #[inline(always)]
-pub fn on_triangle<F: Lanes>(corners: [V3<F>; 3], u: F, v: F, direction: V3<F>) -> SurfacePoint<F> {
-    let [a, b, c] = corners;
-    let w = F::splat(1.0) - u - v;
+pub fn on_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> SurfacePoint<f32> {
+    match on_broad_triangle(corners, u, v, direction) {
+        (point, true) => point,
+        _ => on_narrow_triangle(corners, u, v, direction),
+    }
+}
+
+/// The same without branches, for loops over many; and whether the triangle is broad enough for that.
+#[inline(always)]
+pub fn on_broad_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> (SurfacePoint<f32>, bool) {
+    let (normal, _, broad) = normal_if_broad(corners);
+    (leaving(corners, [u, v], facing(normal, direction), 0.0), broad)
+}
+
+/// By the normal in f64. Rays leave such a triangle by more than the point's own coordinates err, by what its corners do: a ray that starts at the tip of
+/// a sliver, its coordinates small, meets in a moment the weights of corners that are far away, and the next intersection test errs by units in the
+/// last place of their distance.
+#[cold]
+#[inline(never)]
+pub fn on_narrow_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> SurfacePoint<f32> {
+    let (_, size, _) = normal_if_broad(corners);
+    leaving(corners, [u, v], facing(narrow_normal(corners), direction), size)
+}
+
+/// Where rays leave a triangle on the side of `geometric`; the sizes of its edges count, if it is narrow.
+#[inline(always)]
+fn leaving([a, b, c]: [V3<f32>; 3], [u, v]: [f32; 2], geometric: V3<f32>, narrow: f32) -> SurfacePoint<f32> {
+    let w = 1.0 - u - v;
     let position = a * w + b * u + c * v;
-    let (normal, narrow) = normal_and_size_if_narrow(corners);
-    let geometric = facing(normal, direction);
     let reach = a.abs() * w.abs() + b.abs() * u.abs() + c.abs() * v.abs();
-    let away = offset(reach) + narrow * F::splat(ROUNDING);
+    let away = offset(reach) + narrow * ROUNDING;
     SurfacePoint { origin: position + geometric * away, geometric, normal: geometric }
 }
 
@@ -58,63 +81,34 @@ pub fn offset<F: Lanes>(reach: V3<F>) -> F {
 /// f32 knows the normal to about a millionth: enough that rays 89.9999° from it leave the triangle.
 const BROAD: f32 = 1.0 / 16.0;
 
-/// Unit normal of a triangle by its winding. The edges are scaled first: products of tiny edges would
-/// underflow, and those of huge ones overflow. Narrow triangles get theirs in f64; those without area, any that is perpendicular to them.
+/// Unit normal of a triangle by its winding. Narrow triangles get theirs in f64; those without area, any that is perpendicular to them.
 #[inline(always)]
-pub fn triangle_normal<F: Lanes>(corners: [V3<F>; 3]) -> V3<F> {
-    normal_and_size_if_narrow(corners).0
+pub fn triangle_normal(corners: [V3<f32>; 3]) -> V3<f32> {
+    match normal_if_broad(corners) {
+        (normal, _, true) => normal,
+        _ => narrow_normal(corners),
+    }
 }
 
-/// [`triangle_normal`]; and for narrow triangles, by how much more than the point's own coordinates their corners count when rays leave
-/// them, 0 for others. A ray that starts at the tip of a sliver, its coordinates small, meets in a moment the weights of corners that are far away: the
-/// next intersection test errs by units in the last place of their distance.
+/// The normal, the sizes of two edges together, and whether the triangle is broad enough for that normal. The edges are scaled first: products of
+/// tiny edges would underflow, and those of huge ones overflow.
 #[inline(always)]
-fn normal_and_size_if_narrow<F: Lanes>(corners: [V3<F>; 3]) -> (V3<F>, F) {
-    let [a, b, c] = corners;
-    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+fn normal_if_broad([a, b, c]: [V3<f32>; 3]) -> (V3<f32>, f32, bool) {
     let (e1, e2) = (b - a, c - a);
     let (size1, size2) = (e1.abs().max_component(), e2.abs().max_component());
-    let e1 = e1 * (one / size1);
-    let e2 = e2 * (one / size2);
+    let e1 = e1 * (1.0 / size1);
+    let e2 = e2 * (1.0 / size2);
     let cross = e1.cross(e2);
     let squared = cross.dot(cross);
-    let normal = cross * (one / squared.sqrt());
-    // Nor is a NaN greater.
-    let broad = squared.gt(F::splat(BROAD));
-    if F::all(broad) {
-        return (normal, zero);
-    }
-    (narrow_normals(corners, normal, squared), F::select(broad, zero, size1 + size2))
+    // A NaN is not greater.
+    (cross * (1.0 / squared.sqrt()), size1 + size2, squared > BROAD)
 }
 
-/// The normals, those of narrow triangles computed in f64. `squared` says which they are.
+/// The normal of a narrow triangle, computed in f64.
 #[cold]
 #[inline(never)]
-fn narrow_normals<F: Lanes>(corners: [V3<F>; 3], normals: V3<F>, squared: F) -> V3<F> {
-    /// Most lanes that there are.
-    const LANES: usize = 4;
-    let stored = |v: V3<F>| {
-        let mut columns = [[0.0f32; LANES]; 3];
-        let [x, y, z] = &mut columns;
-        v.store([x, y, z], 0);
-        columns
-    };
-    let (corners, mut normals) = (corners.map(stored), stored(normals));
-    let mut broad = [0.0; LANES];
-    squared.store(&mut broad);
-    let is_broad = |lane: usize| broad[lane] > BROAD;
-    for lane in (0..F::WIDTH).filter(|&lane| !is_broad(lane)) {
-        let corner = |columns: &[[f32; LANES]; 3]| DVec3::from(columns.map(|column| f64::from(column[lane])));
-        let normal = narrow_normal(corners.each_ref().map(corner));
-        for (column, value) in normals.iter_mut().zip(normal.to_array()) {
-            column[lane] = value as f32;
-        }
-    }
-    let [x, y, z] = &normals;
-    V3::load([x, y, z], 0)
-}
-
-fn narrow_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+fn narrow_normal(corners: [V3<f32>; 3]) -> V3<f32> {
+    let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
     let across = || {
         let edges = [b - a, c - b, a - c];
         let longest =
@@ -124,7 +118,8 @@ fn narrow_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     // Differences and products of f32 are far from the ends of what f64 holds, but their squares may not be.
     let cross = (b - a).cross(c - a);
     let largest = cross.abs().max_element();
-    if largest > 0.0 && largest.is_finite() { (cross / largest).normalize() } else { across() }
+    let normal = if largest > 0.0 && largest.is_finite() { (cross / largest).normalize() } else { across() };
+    normal.as_vec3().into()
 }
 
 /// A point of a sphere that a ray hits at `origin + t·direction`, pulled back onto the sphere.
@@ -223,17 +218,17 @@ mod tests {
         }
     }
 
+    /// What loops over many compute, and put right afterwards, is what one gets.
     #[test]
-    fn four_normals_are_four_times_one() {
+    fn broad_triangles_are_told_from_narrow_ones() {
         let thin = |h: f32| [v(0.1, 0.2, 0.3), v(1.4, 0.9, -0.2), v(0.8, 0.6 + h, 0.1)];
-        let four = [1.0, 1e-6, 0.1, 0.0].map(thin);
-        let lanes = |corner: usize, axis: fn(V3<f32>) -> f32| glam::Vec4::from_array(four.map(|c| axis(c[corner])));
-        let corners = [0, 1, 2].map(|c| V3::new(lanes(c, |p| p.x), lanes(c, |p| p.y), lanes(c, |p| p.z)));
-        let wide = triangle_normal(corners);
-        for (lane, &corners) in four.iter().enumerate() {
-            let one = triangle_normal(corners);
-            let same = [(wide.x, one.x), (wide.y, one.y), (wide.z, one.z)];
-            assert!(same.iter().all(|(w, o)| w[lane].to_bits() == o.to_bits()), "lane {lane}");
+        let d = v(0.1, 0.2, -1.0);
+        for (height, expected) in [(1.0, true), (1e-6, false), (0.01, false), (0.0, false)] {
+            let (point, broad) = on_broad_triangle(thin(height), 0.3, 0.4, d);
+            assert_eq!(broad, expected, "{height}");
+            let one = on_triangle(thin(height), 0.3, 0.4, d);
+            let other = if broad { point } else { on_narrow_triangle(thin(height), 0.3, 0.4, d) };
+            assert_eq!((one.origin, one.geometric), (other.origin, other.geometric));
         }
     }
 

@@ -1,13 +1,12 @@
 //! Ways from second vertices to the first vertices of a block, and what comes along them.
 
 use crate::bvh::RayColumns;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::lanes::V3;
 use crate::simd::Kernel;
 use crate::transport::reuse::{First, Link, MOST_PIXELS, Second, link};
 use crate::wave::samples::Samples;
 use crate::wave::vertices::Vertices;
 use bumpalo::Bump;
-use glam::Vec4;
 
 /// Most pixels a block has.
 const BLOCK: usize = MOST_PIXELS as usize;
@@ -46,15 +45,14 @@ pub struct Links<'a> {
 impl<'a> Links<'a> {
     /// An empty table.
     pub fn new(scratch: &'a Bump) -> Links<'a> {
-        // Rows are written four at a time.
-        let column = || scratch.alloc_slice_fill_copy(ROWS + Vec4::WIDTH, 0.0f32);
+        let column = || scratch.alloc_slice_fill_copy(ROWS, 0.0f32);
         Links {
             len: 0,
             origin: [column(), column(), column()],
             direction: [column(), column(), column()],
             end: scratch.alloc_slice_fill_copy(ROWS, 1.0f32),
             density: column(),
-            slot: scratch.alloc_slice_fill_copy(ROWS + Vec4::WIDTH, 0),
+            slot: scratch.alloc_slice_fill_copy(ROWS, 0),
             // A source may have no way at all.
             sources: scratch.alloc_slice_fill_copy(ROWS, Source::default()),
             found: 0,
@@ -161,48 +159,42 @@ impl Firsts {
     }
 
     #[inline(always)]
-    fn first<F: Lanes>(&self, i: usize) -> First<F> {
+    fn first(&self, i: usize) -> First<f32> {
         let [ox, oy, oz, gx, gy, gz, nx, ny, nz] = &self.columns;
         First {
-            origin: V3::load([ox, oy, oz], i),
-            geometric: V3::load([gx, gy, gz], i),
-            normal: V3::load([nx, ny, nz], i),
+            origin: V3::new(ox[i], oy[i], oz[i]),
+            geometric: V3::new(gx[i], gy[i], gz[i]),
+            normal: V3::new(nx[i], ny[i], nz[i]),
         }
     }
 
     /// Appends the ways of `second`, which the path of row `own` has found.
     #[inline(always)]
     fn link(&self, own: usize, second: Second<f32>, links: &mut Links) {
-        let scale = (self.first::<f32>(own).origin - second.origin).abs().max_component();
-        let mut found = Source { slot: self.slot[own], density: 0.0, end: 0 };
-        let first = links.len;
-        let four = Second { origin: splat(second.origin), geometric: splat(second.geometric) };
-        for i in (0..self.len).step_by(Vec4::WIDTH) {
-            let Link { way, density } = link(self.first::<Vec4>(i), four, Vec4::splat(scale));
-            let (way, density) = ([way.x, way.y, way.z].map(|c| c.to_array()), density.to_array());
-            // All four lanes are written, and those that are wanted kept.
-            let mut row = links.len;
-            for lane in 0..Vec4::WIDTH {
-                for (to, from) in links.direction.iter_mut().zip(&way) {
-                    to[row] = from[lane];
-                }
-                (links.density[row], links.slot[row]) = (density[lane], self.slot[i + lane]);
-                let is_own = i + lane == own;
-                found.density = if is_own { density[lane] } else { found.density };
-                row += usize::from(i + lane < self.len && !is_own && density[lane] > 0.0);
-            }
-            links.len = row;
+        let scale = (self.first(own).origin - second.origin).abs().max_component();
+        let (mut ways, mut density) = ([[0.0; BLOCK]; 3], [0.0; BLOCK]);
+        let len = self.len.min(BLOCK);
+        for i in 0..len {
+            let Link { way, density: found } = link(self.first(i), second, scale);
+            (ways[0][i], ways[1][i], ways[2][i], density[i]) = (way.x, way.y, way.z, found);
         }
+        let mut wanted = [0u8; BLOCK];
+        let mut count = 0;
+        for (i, &density) in density[..len].iter().enumerate() {
+            wanted[count] = i as u8;
+            count += usize::from(i != own && density > 0.0);
+        }
+        let (wanted, first) = (&wanted[..count], links.len);
+        links.len += count;
+        let [x, y, z] = &mut links.direction;
+        for (to, from) in [(x, &ways[0]), (y, &ways[1]), (z, &ways[2]), (&mut links.density, &density)] {
+            to[first..links.len].iter_mut().zip(wanted).for_each(|(to, &i)| *to = from[i as usize % BLOCK]);
+        }
+        links.slot[first..links.len].iter_mut().zip(wanted).for_each(|(to, &i)| *to = self.slot[i as usize % BLOCK]);
         for (column, from) in links.origin.iter_mut().zip([second.origin.x, second.origin.y, second.origin.z]) {
             column[first..links.len].fill(from);
         }
-        found.end = links.len as u32;
-        links.sources[links.found] = found;
+        links.sources[links.found] = Source { slot: self.slot[own], density: density[own], end: links.len as u32 };
         links.found += 1;
     }
-}
-
-#[inline(always)]
-fn splat(v: V3<f32>) -> V3<Vec4> {
-    V3::new(Vec4::splat(v.x), Vec4::splat(v.y), Vec4::splat(v.z))
 }

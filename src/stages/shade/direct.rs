@@ -4,13 +4,12 @@ use super::block::{Block, Outgoing, ROWS, get, set};
 use crate::light::shape::LightShape;
 use crate::light::{Light, LightSample};
 use crate::options::LightSampling;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::lanes::V3;
 use crate::stages::Context;
 use crate::transport::{Asked, Sampled, hemisphere_sample, light_contribution};
 use crate::wave::features::Features;
 use crate::wave::shadows::Shadows;
 use crate::worth;
-use glam::Vec4;
 
 /// Appends the shadow rays of the block behind row `n` of `shadows`; returns the new count. `rays` is scratch.
 #[inline(always)]
@@ -48,22 +47,21 @@ pub fn run(
 fn thin(context: &Context, depth: u32, dimension: u32, block: &Block, rays: &mut Outgoing) {
     let transport = &context.transport;
     if transport.clamps(depth + 1) {
-        for i in (0..block.len).step_by(Vec4::WIDTH) {
-            let value = transport.clamped::<Vec4>(depth + 1, get(&rays.value, i));
+        for i in 0..ROWS {
+            let value = transport.clamped(depth + 1, get(&rays.value, i));
             set(&mut rays.value, i, value);
         }
     }
     if context.features.has(Features::EFFICIENCY) {
-        // All rows, and not only those at hand: whole loops become vector instructions.
         let lot: [f32; ROWS] = std::array::from_fn(|i| context.sampler.lot(block.pixel[i], block.index[i], dimension));
         for (i, (rate, lot)) in block.rate.into_iter().zip(lot).enumerate() {
-            let value: V3<f32> = get(&rays.value, i);
-            set(&mut rays.value, i, worth::thinned(rate, lot, value));
+            let value = worth::thinned(rate, lot, get(&rays.value, i));
+            set(&mut rays.value, i, value);
         }
     }
 }
 
-/// The light that sample `k` asks in every row, and how often, if it is the same and of a shape that is sampled four at a time.
+/// The light that sample `k` asks in every row, and how often, if it is the same and of a shape that is sampled in all rows alike.
 #[inline(always)]
 fn single_light<'a>(context: &'a Context, k: u32) -> Option<(&'a Light, f32)> {
     if context.features.has(Features::DOUBLE) {
@@ -78,38 +76,37 @@ fn single_light<'a>(context: &'a Context, k: u32) -> Option<(&'a Light, f32)> {
 fn one_light(context: &Context, block: &Block, asked: (&Light, f32), rays: &mut Outgoing) {
     match (&asked.0.shape, context.transport.light_sampling) {
         (LightShape::Parallelogram(p), LightSampling::Corners) => {
-            four_by_four(context, block, asked, rays, |from, normal, u, v| p.sample_corners(from, normal, u, v));
+            all_rows(context, block, asked, rays, |from, normal, u, v| p.sample_corners(from, normal, u, v));
         }
         (LightShape::Parallelogram(p), LightSampling::Area) => {
-            four_by_four(context, block, asked, rays, |from, _, u, v| p.sample_area(from, u, v));
+            all_rows(context, block, asked, rays, |from, _, u, v| p.sample_area(from, u, v));
         }
         (LightShape::Parallelogram(p), LightSampling::SolidAngle) => {
-            four_by_four(context, block, asked, rays, |from, _, u, v| p.sample_solid_angle(from, u, v));
+            all_rows(context, block, asked, rays, |from, _, u, v| p.sample_solid_angle(from, u, v));
         }
-        (LightShape::Sphere(s), _) => four_by_four(context, block, asked, rays, |from, _, u, v| s.sample(from, u, v)),
+        (LightShape::Sphere(s), _) => all_rows(context, block, asked, rays, |from, _, u, v| s.sample(from, u, v)),
         (LightShape::Mesh(_), _) => unreachable!("meshes are sampled row by row"),
     }
 }
 
 #[inline(always)]
-fn four_by_four(
+fn all_rows(
     context: &Context,
     block: &Block,
     (light, rate): (&Light, f32),
     rays: &mut Outgoing,
-    sample: impl Fn(V3<Vec4>, V3<Vec4>, Vec4, Vec4) -> LightSample<Vec4>,
+    sample: impl Fn(V3<f32>, V3<f32>, f32, f32) -> LightSample<f32>,
 ) {
     let transport = &context.transport;
-    let light = Sampled { radiance: V3::splat(light.radiance), rate: Vec4::splat(rate) };
+    let light = Sampled { radiance: V3::from(light.radiance), rate };
     let mis = transport.mis();
-    for i in (0..block.len).step_by(Vec4::WIDTH) {
-        let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
+    let Outgoing { direction, value, number } = rays;
+    for (i, number) in number.iter_mut().enumerate() {
         let vertex = block.vertex(i);
-        let found = sample(get(&block.origin, i), vertex.normal, u, v);
-        let value = light_contribution(vertex, light, found, mis);
-        set(&mut rays.direction, i, found.direction);
-        found.distance.store(&mut rays.number[i..]);
-        set(&mut rays.value, i, value);
+        let found = sample(get(&block.origin, i), vertex.normal, block.random[0][i], block.random[1][i]);
+        set(direction, i, found.direction);
+        *number = found.distance;
+        set(value, i, light_contribution(vertex, light, found, mis));
     }
 }
 
@@ -119,7 +116,7 @@ fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
     let (transport, lights) = (&context.transport, &context.scene.lights);
     for i in 0..block.len {
         let random = [0, 1, 2, 3].map(|d: usize| block.random[d][i]);
-        let (from, vertex) = (block.leaves(context, i), block.vertex::<f32>(i));
+        let (from, vertex) = (block.leaves(context, i), block.vertex(i));
         let Some(Asked { light, found, .. }) = transport.ask(lights, k, random, from, vertex.normal) else {
             set(&mut rays.value, i, V3::new(0.0, 0.0, 0.0));
             continue;
@@ -134,9 +131,9 @@ fn light_by_row(context: &Context, block: &Block, k: u32, rays: &mut Outgoing) {
 #[inline(always)]
 fn hemisphere(context: &Context, block: &Block, rays: &mut Outgoing) {
     let count = context.transport.shadow_samples;
-    for i in (0..block.len).step_by(Vec4::WIDTH) {
-        let uv = [0, 1].map(|d: usize| Vec4::load(&block.random[d][i..]));
-        let (direction, value) = hemisphere_sample::<Vec4>(block.vertex(i), uv, count);
+    for i in 0..ROWS {
+        let uv = [block.random[0][i], block.random[1][i]];
+        let (direction, value) = hemisphere_sample(block.vertex(i), uv, count);
         set(&mut rays.direction, i, direction);
         set(&mut rays.value, i, value);
     }

@@ -1,7 +1,6 @@
 //! Keeps the first two vertices of paths, for neighbours to share.
 
 use super::block::{Block, get};
-use crate::sampling::lanes::V3;
 use crate::wave::samples::Samples;
 use crate::wave::vertices::Vertices;
 
@@ -11,8 +10,8 @@ pub fn first(block: &Block, to: &mut Vertices) {
     for (i, &slot) in block.slot[..block.len].iter().enumerate() {
         let slot = slot as usize;
         to.met[slot] = 1;
-        let (origin, geometric): (V3<f32>, V3<f32>) = (get(&block.origin, i), get(&block.geometric, i));
-        let (normal, albedo): (V3<f32>, V3<f32>) = (get(&block.normal, i), get(&block.albedo, i));
+        let (origin, geometric) = (get(&block.origin, i), get(&block.geometric, i));
+        let (normal, albedo) = (get(&block.normal, i), get(&block.albedo, i));
         (to.first_ox[slot], to.first_oy[slot], to.first_oz[slot]) = (origin.x, origin.y, origin.z);
         (to.first_gx[slot], to.first_gy[slot], to.first_gz[slot]) = (geometric.x, geometric.y, geometric.z);
         (to.first_nx[slot], to.first_ny[slot], to.first_nz[slot]) = (normal.x, normal.y, normal.z);
@@ -27,7 +26,7 @@ pub fn second(block: &mut Block, samples: &mut Samples, to: &mut Vertices) {
     for (i, &slot) in block.slot[..block.len].iter().enumerate() {
         let slot = slot as usize;
         to.met[slot] = 2;
-        let (origin, geometric): (V3<f32>, V3<f32>) = (get(&block.origin, i), get(&block.geometric, i));
+        let (origin, geometric) = (get(&block.origin, i), get(&block.geometric, i));
         (to.second_ox[slot], to.second_oy[slot], to.second_oz[slot]) = (origin.x, origin.y, origin.z);
         (to.second_gx[slot], to.second_gy[slot], to.second_gz[slot]) = (geometric.x, geometric.y, geometric.z);
         for (to, from) in

@@ -9,8 +9,8 @@
 //! | cost | 68 bytes read a row, 44 written a shadow ray, 44 written a next path (diffuse, MIS) |
 //!
 //! First the rows that hit an emitter add its light; the rows that scatter go to a queue, and the queue is worked off in
-//! blocks that stay in the first-level cache: gather corners and throughput, then compute four rows at a time: surface,
-//! direct light, continuing ray.
+//! blocks that stay in the first-level cache: gather corners and throughput, then compute rows by vectors: surface, direct light,
+//! continuing ray.
 
 mod ahead;
 mod block;

@@ -1,12 +1,11 @@
 //! The continuing ray.
 
-use super::block::{Block, Outgoing, get, set};
+use super::block::{Block, Outgoing, ROWS, get, set};
 use crate::material::diffuse;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::lanes::V3;
 use crate::stages::Context;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
-use glam::{Vec3, Vec4};
 
 /// Appends the block's next paths behind row `n` of `next`; returns the new count. Dead ones have β = 0.
 /// `rays` is scratch.
@@ -20,18 +19,17 @@ pub fn run(context: &Context, depth: u32, block: &mut Block, rays: &mut Outgoing
     }
     let end = n + block.len;
     let Outgoing { direction, value: beta, number: pdf } = rays;
-    for i in (0..block.len).step_by(Vec4::WIDTH) {
-        let (u, v) = (Vec4::load(&block.random[0][i..]), Vec4::load(&block.random[1][i..]));
-        let (normal, geometric): (V3<Vec4>, _) = (get(&block.normal, i), get(&block.geometric, i));
-        let sample = diffuse::sample(get(&block.albedo, i), normal, geometric, u, v);
+    for (i, pdf) in pdf.iter_mut().enumerate() {
+        let (u, v) = (block.random[0][i], block.random[1][i]);
+        let sample = diffuse::sample(get(&block.albedo, i), get(&block.normal, i), get(&block.geometric, i), u, v);
         set(direction, i, sample.direction);
-        set(beta, i, get::<Vec4>(&block.beta, i).times(sample.weight));
-        sample.pdf.store(&mut pdf[i..]);
+        set(beta, i, get(&block.beta, i).times(sample.weight));
+        *pdf = sample.pdf;
     }
     if let Some(lights) = context.transport.looks_for_lights(depth) {
-        for i in (0..block.len).step_by(Vec4::WIDTH) {
-            let in_vain = lights.misses::<Vec4>(get(&block.origin, i), get(direction, i));
-            set(beta, i, V3::<Vec4>::select(in_vain, V3::splat(Vec3::ZERO), get(beta, i)));
+        for i in 0..ROWS {
+            let in_vain = lights.misses(get(&block.origin, i), get(direction, i));
+            set(beta, i, V3::select(in_vain, V3::new(0.0, 0.0, 0.0), get(beta, i)));
         }
     }
     let len = block.len;

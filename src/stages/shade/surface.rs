@@ -1,21 +1,27 @@
 //! Position and normals of the block's rows.
 
-use super::block::{Block, get, put, set};
-use crate::sampling::lanes::{Lanes, V3};
-use crate::scene::surface::{on_sphere, on_triangle, shading_normal};
+use super::block::{Block, ROWS, get, set};
+use crate::scene::surface::{on_broad_triangle, on_narrow_triangle, on_sphere, shading_normal};
 use crate::stages::Context;
 use crate::wave::features::Features;
-use glam::Vec4;
 
 /// Fills origin and normals of the first `len` rows.
 #[inline(always)]
 pub fn run(context: &Context, block: &mut Block, len: usize) {
     let smooth = context.features.has(Features::SMOOTH);
-    for i in (0..len).step_by(Vec4::WIDTH) {
+    let mut broad = [true; ROWS];
+    for (i, broad) in broad.iter_mut().enumerate() {
         let [a, b, c] = &block.corners;
-        let corners = [get::<Vec4>(a, i), get(b, i), get(c, i)];
-        let (u, v) = (Vec4::load(&block.u[i..]), Vec4::load(&block.v[i..]));
-        let point = on_triangle(corners, u, v, get(&block.direction, i));
+        let corners = [get(a, i), get(b, i), get(c, i)];
+        let (point, is_broad) = on_broad_triangle(corners, block.u[i], block.v[i], get(&block.direction, i));
+        *broad = is_broad;
+        set(&mut block.origin, i, point.origin);
+        set(&mut block.geometric, i, point.geometric);
+        set(&mut block.normal, i, point.normal);
+    }
+    for i in (0..len).filter(|&i| !broad[i]) {
+        let corners = block.corners.each_ref().map(|corner| get(corner, i));
+        let point = on_narrow_triangle(corners, block.u[i], block.v[i], get(&block.direction, i));
         set(&mut block.origin, i, point.origin);
         set(&mut block.geometric, i, point.geometric);
         set(&mut block.normal, i, point.normal);
@@ -30,9 +36,9 @@ pub fn run(context: &Context, block: &mut Block, len: usize) {
         let i = i as usize;
         let sphere = &shapes.spheres[block.prim[i] as usize - shapes.triangles.len()];
         let point = on_sphere(sphere.center.into(), sphere.radius, hit, get(&block.direction, i));
-        put(&mut block.origin, i, [point.origin.x, point.origin.y, point.origin.z]);
-        put(&mut block.geometric, i, [point.geometric.x, point.geometric.y, point.geometric.z]);
-        put(&mut block.normal, i, [point.normal.x, point.normal.y, point.normal.z]);
+        set(&mut block.origin, i, point.origin);
+        set(&mut block.geometric, i, point.geometric);
+        set(&mut block.normal, i, point.normal);
     }
 }
 
@@ -43,14 +49,13 @@ fn interpolate_normals(context: &Context, block: &mut Block, len: usize) {
     for i in 0..len {
         if let Some(triangle) = shapes.triangles.get(block.prim[i] as usize) {
             for (corner, vertex) in block.corners.iter_mut().zip(triangle) {
-                put(corner, i, shapes.normals[*vertex as usize].to_array());
+                set(corner, i, shapes.normals[*vertex as usize].into());
             }
         }
     }
-    for i in (0..len).step_by(Vec4::WIDTH) {
+    for i in 0..ROWS {
         let [a, b, c] = &block.corners;
-        let normals: [V3<Vec4>; 3] = [get(a, i), get(b, i), get(c, i)];
-        let (u, v) = (Vec4::load(&block.u[i..]), Vec4::load(&block.v[i..]));
-        set(&mut block.normal, i, shading_normal(normals, u, v, get(&block.geometric, i)));
+        let normals = [get(a, i), get(b, i), get(c, i)];
+        set(&mut block.normal, i, shading_normal(normals, block.u[i], block.v[i], get(&block.geometric, i)));
     }
 }
