@@ -8,7 +8,7 @@ use crate::options::{Area, Cell, Direct, Integrator, Intersection, Precision, Re
 use crate::scene::Scene;
 use crate::simd::Tier;
 use crate::stages::{self, Stage};
-use crate::transport::{Transport, simulates_light};
+use crate::transport::{Transport, reuse, simulates_light};
 use crate::wave::columns::ColumnInfo;
 use crate::wave::features::Features;
 use crate::wave::{self, Table};
@@ -132,6 +132,16 @@ impl Plan {
         }
         if let Some(other) = options.not_in_reuse() {
             return Err(Error::Options(format!("path reuse does not go with {other}")));
+        }
+        if !(1..=reuse::MOST_PIXELS).contains(&options.reuse) {
+            return Err(Error::Options(format!(
+                "{} pixels cannot share paths: 1 to {}",
+                options.reuse,
+                reuse::MOST_PIXELS
+            )));
+        }
+        if options.lamp_rays == 0 {
+            return Err(Error::Options("no camera ray would look for lights: 1 or more".into()));
         }
         if accel.precision() != options.accel.precision {
             return Err(Error::Options("the acceleration structure is of another precision than the render".into()));

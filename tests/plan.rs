@@ -283,6 +283,9 @@ fn what_cannot_be_planned_says_why() {
         (RenderOptions { cell: cell(60, 0, 5, 5), ..base.clone() }, "64×48"),
         (RenderOptions { cell: cell(u32::MAX, u32::MAX, 2, 2), ..base.clone() }, "64×48"),
         (RenderOptions { wave: Some(1 << 24), light_samples: 4096, ..base.clone() }, "more shadow rays"),
+        (RenderOptions { reuse: 0, ..base.clone() }, "1 to 64"),
+        (RenderOptions { reuse: 65, ..base.clone() }, "1 to 64"),
+        (RenderOptions { lamp_rays: 0, ..base.clone() }, "1 or more"),
     ] {
         let error = Plan::new(&ready.scene, &ready.accel, &options).expect_err("refused").to_string();
         assert!(error.contains(words), "{error}");

@@ -353,7 +353,7 @@ pub struct SamplingArgs {
     #[arg(long, value_name = "N", value_parser = values::power_of_two, allow_negative_numbers = true)]
     pub replicates: Option<u32>,
     /// Blocks of N pixels share the indirect light that their paths find: the same mean, and noise that neighbours have in common, but
-    /// far less of it: 16 take 1.7 times the time for a sixth of the relMSE. N is a power of two of at most 64; not with -a.
+    /// far less of it: 16 take 1.9 times the time for a sixth of the relMSE. N is a power of two of at most 64; not with -a.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::block, allow_negative_numbers = true)]
     pub reuse: u32,
     /// Camera rays a sample that look for lights alone, in pixels where one may be seen: edges of lamps are the noisiest part of
