@@ -75,7 +75,7 @@ fn record(ready: &Ready) -> Vec<Queues> {
             break;
         }
         let (next, slots) = (table(&pipeline.wave.next, n), pipeline.wave.next.slot[..n].to_vec());
-        let beta = |row: usize| comber::sampling::lanes::V3::new(next[6][row], next[7][row], next[8][row]);
+        let beta = |row: usize| comber::sampling::v3::V3::new(next[6][row], next[7][row], next[8][row]);
         let survival = (0..n).map(|row| pipeline.context.transport.survival(depth, 0.0, beta(row))).collect();
         live = pipeline.roulette(depth, n);
         queues.push(Queues { rows, next, slots, survival, live });

@@ -13,7 +13,6 @@ pub use crate::observer::{Observer, Unobserved};
 use crate::observer::{Part, Queue, Slice, Work};
 use crate::pilot;
 use crate::plan::Plan;
-use crate::sampling::lanes::Lanes as _;
 use crate::sampling::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -24,7 +23,6 @@ use crate::transport::Transport;
 use crate::wave::Wave;
 use crate::wave::features::Features;
 use crate::wave::span::Span;
-use glam::Vec4;
 use rayon::prelude::*;
 use statistics::Totals;
 pub use statistics::{RayCounts, RenderStats, StageCost};
@@ -238,7 +236,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
     let observer = run.observer;
     let generated = run.stage(GENERATE, 0, || {
         let rows = stages::generate::run(context, spans, stages::generate::Out { samples, paths });
-        Work { rows, produced: rows, lanes: Lanes::over(rows, Vec4::WIDTH), ..Work::default() }
+        Work { rows, produced: rows, lanes: Lanes::over(rows, stages::generate::ROWS), ..Work::default() }
     });
     let rows = generated.produced;
     let mut live = rows;
@@ -273,7 +271,7 @@ fn run_wave(context: &Context, wave: &mut Wave, spans: &[Span], tiles: &mut [Til
         run.stage(SHADE, depth, || {
             let out = stages::shade::Out { samples, shadows, next, vertices };
             shaded = stages::shade::run(context, depth, live, stages::shade::In { paths, hits }, out, scratch);
-            let lanes = Lanes::over(shaded.scattering, Vec4::WIDTH);
+            let lanes = Lanes::over(shaded.scattering, stages::shade::ROWS);
             Work { rows: live, produced: shaded.next, lanes, ..Work::default() }
         });
         if shaded.shadows > 0 {

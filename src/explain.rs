@@ -9,7 +9,7 @@ use crate::film::tile::Sample;
 use crate::light::LightSample;
 use crate::options::RenderOptions;
 use crate::reference;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::origin::Origin;
@@ -27,23 +27,23 @@ pub enum Event {
         /// From where.
         origin: Origin,
         /// Unit direction.
-        direction: V3<f32>,
+        direction: V3,
         /// Throughput.
-        beta: V3<f32>,
+        beta: V3,
         /// What it hit.
         hit: Hit,
     },
     /// What it hit, as a surface.
     Surface {
         /// Where rays leave, and normals.
-        at: SurfacePoint<f32, Origin>,
+        at: SurfacePoint<Origin>,
         /// Albedo.
         albedo: Vec3,
     },
     /// Emission that the path found, weighted; zero where nothing shines.
     Emission {
         /// What it adds.
-        value: V3<f32>,
+        value: V3,
     },
     /// A light sample that the surface or the light is turned away from.
     FacesAway {
@@ -62,27 +62,27 @@ pub enum Event {
         /// Which.
         id: usize,
         /// Where on it.
-        found: LightSample<f32>,
+        found: LightSample,
         /// What it adds if nothing is in the way.
-        value: V3<f32>,
+        value: V3,
         /// Whether nothing is.
         free: bool,
     },
     /// A direction over the hemisphere was asked.
     Hemisphere {
         /// Which.
-        direction: V3<f32>,
+        direction: V3,
         /// What is there.
         hit: Hit,
         /// What it adds, if it shines.
-        value: Option<V3<f32>>,
+        value: Option<V3>,
     },
     /// Where the path might go on.
     Bounce {
         /// Density of the direction drawn.
         pdf: f32,
         /// Throughput behind the bounce, before roulette.
-        beta: V3<f32>,
+        beta: V3,
         /// Probability to go on.
         survival: f32,
         /// The lot: below that it does.
@@ -147,7 +147,7 @@ impl Story {
 
 impl Event {
     /// What the step adds to the sample's radiance.
-    pub fn adds(&self) -> Option<V3<f32>> {
+    pub fn adds(&self) -> Option<V3> {
         match *self {
             Event::Emission { value } => Some(value),
             Event::Light { value, free, .. } => free.then_some(value),
@@ -206,7 +206,7 @@ fn hit_name(hit: &Hit, scene: &Scene) -> String {
 }
 
 /// Every digit that tells one number from its neighbours.
-fn show(v: V3<f32>) -> String {
+fn show(v: V3) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }
 
@@ -218,7 +218,7 @@ fn show_point(point: &Origin) -> String {
 }
 
 fn is_finite(event: &Event) -> bool {
-    let finite = |v: &V3<f32>| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
+    let finite = |v: &V3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
     match event {
         Event::Ray { origin, direction, beta, .. } => finite(&origin.high) && finite(direction) && finite(beta),
         Event::Surface { at, .. } => finite(&at.origin.high) && finite(&at.normal) && finite(&at.geometric),

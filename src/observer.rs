@@ -98,7 +98,7 @@ pub struct Work {
     pub rows: usize,
     /// Rows produced: paths, hits, next paths. Shadow and retire add to rows that are there already.
     pub produced: usize,
-    /// Of generate and shade, the loops that compute four rows at a time.
+    /// Of generate and shade, the rows of whole blocks that loops of vectors go through.
     pub lanes: Lanes,
     /// Of traversal, as far as it was asked to count.
     pub counts: TraversalCounts,

@@ -5,8 +5,8 @@ use crate::bvh::Accel;
 use crate::explain::Event;
 use crate::options::{RenderOptions, Roulette, Sampler};
 use crate::reference;
-use crate::sampling::lanes::V3;
 use crate::sampling::random::mix;
+use crate::sampling::v3::V3;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::worth::{Parts, Worth};
@@ -78,7 +78,7 @@ pub fn measure(scene: &Scene, accel: &Accel, camera: &Camera, options: &RenderOp
 
 impl Seen {
     fn add(&mut self, events: &[Event]) {
-        let mean = |v: V3<f32>| f64::from(v.x + v.y + v.z) / 3.0;
+        let mean = |v: V3| f64::from(v.x + v.y + v.z) / 3.0;
         let mut bounces = 0u32;
         self.samples += 1;
         for event in events {

@@ -13,9 +13,9 @@ use crate::film::tile::{FilmLayout, Sample, Tile, tiles};
 use crate::material::diffuse;
 use crate::options::{Direct, Integrator, RenderOptions};
 use crate::pilot;
-use crate::sampling::lanes::V3;
 use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
+use crate::sampling::v3::V3;
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, Lens};
 use crate::scene::origin::Origin;
@@ -98,15 +98,15 @@ struct Path {
     pixel: u32,
     index: u32,
     origin: Origin,
-    direction: V3<f32>,
-    beta: V3<f32>,
+    direction: V3,
+    beta: V3,
     /// 1 / δ: what rays must be worth.
     rate: f32,
     /// Density with which `direction` was drawn.
     pdf: f32,
     /// Shading normal of the surface it left.
-    normal: V3<f32>,
-    radiance: V3<f32>,
+    normal: V3,
+    radiance: V3,
 }
 
 impl<'a> Tracer<'a> {
@@ -212,7 +212,7 @@ impl<'a> Tracer<'a> {
 
     /// Emission that the path has found.
     #[inline(always)]
-    fn emitted(&self, depth: u32, path: &Path, hit: &Hit) -> V3<f32> {
+    fn emitted(&self, depth: u32, path: &Path, hit: &Hit) -> V3 {
         let Some(found) = transport::emission(self.scene, hit, path.origin, path.direction) else {
             return V3::new(0.0, 0.0, 0.0);
         };
@@ -227,8 +227,8 @@ impl<'a> Tracer<'a> {
         &self,
         [depth, k]: [u32; 2],
         path: &mut Path,
-        at: &SurfacePoint<f32, Origin>,
-        albedo: V3<f32>,
+        at: &SurfacePoint<Origin>,
+        albedo: V3,
         rays: &mut Rays<W>,
     ) {
         let (scene, transport) = (self.scene, &self.transport);
@@ -274,8 +274,8 @@ impl<'a> Tracer<'a> {
         &self,
         depth: u32,
         path: &mut Path,
-        at: &SurfacePoint<f32, Origin>,
-        albedo: V3<f32>,
+        at: &SurfacePoint<Origin>,
+        albedo: V3,
         rays: &mut Rays<W>,
     ) -> bool {
         let random = self.sampler.draw(path.pixel, path.index, self.transport.dimensions.bounce(depth));

@@ -1,5 +1,5 @@
 //! The estimator: what each vertex of a path adds, and with which weight. Pure functions that the stages and the
-//! reference integrator share; written over [`Lanes`] where the stages use them four at a time.
+//! reference integrator share, over single numbers, and without branches where stages call them in loops that are to become vectors.
 //!
 //! The path integral is summed by bounce. Bounce `b` is light that was scattered `b` times on its way from a light to the
 //! camera; vertex `d` of a path (0 is what the camera sees) shows bounce `d` by its emission and estimates bounce `d + 1` by
@@ -14,9 +14,9 @@ use crate::light::selection::{Chosen, Selection};
 use crate::light::{Light, LightSample};
 use crate::material::diffuse;
 use crate::options::{Direct, Integrator, LightSampling, Precision, RenderOptions, Roulette};
-use crate::sampling::lanes::{Lanes, V3};
 use crate::sampling::random::Dimensions;
 use crate::sampling::sampler::Sampler;
+use crate::sampling::v3::V3;
 use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::origin::Origin;
@@ -61,9 +61,9 @@ pub struct Asked {
     /// Number of the light.
     pub id: usize,
     /// The part of it, as the estimator sees it.
-    pub light: Sampled<f32>,
+    pub light: Sampled,
     /// A point of that.
-    pub found: LightSample<f32>,
+    pub found: LightSample,
 }
 
 /// Where a ray came from.
@@ -72,7 +72,7 @@ pub struct Left {
     /// Where it starts.
     pub origin: Origin,
     /// Unit shading normal of the surface there. Without meaning unless the estimator looks back.
-    pub normal: V3<f32>,
+    pub normal: V3,
     /// Density with which its direction was drawn; without meaning unless that is shared with light samples.
     pub pdf: f32,
 }
@@ -135,7 +135,7 @@ impl Transport {
 
     /// Whether a ray that leaves vertex `depth` from `origin` is of no use, as no light is in its way.
     #[inline(always)]
-    pub fn in_vain(&self, depth: u32, origin: V3<f32>, direction: V3<f32>) -> bool {
+    pub fn in_vain(&self, depth: u32, origin: V3, direction: V3) -> bool {
         self.looks_for_lights(depth).is_some_and(|around| around.misses(origin, direction))
     }
 
@@ -161,7 +161,7 @@ impl Transport {
     /// What shadow sample `k` asks from a point of a surface with unit `normal`; `None` where no light can arrive. The
     /// last two of the vertex's numbers choose the part of a light, the first two a point of it.
     #[inline(always)]
-    pub fn ask(&self, lights: &[Light], k: u32, random: [f32; 4], from: Origin, normal: V3<f32>) -> Option<Asked> {
+    pub fn ask(&self, lights: &[Light], k: u32, random: [f32; 4], from: Origin, normal: V3) -> Option<Asked> {
         let [u, v, choice @ ..] = random;
         let Chosen { id, part, rate } =
             self.selection.choose(lights, [k, self.shadow_samples], choice, from.high, normal)?;
@@ -189,17 +189,18 @@ impl Transport {
 
     /// What a light may add, `value`, after `bounce` bounces. What is not a number stays as it is.
     #[inline(always)]
-    pub fn clamped<F: Lanes>(&self, bounce: u32, value: V3<F>) -> V3<F> {
+    pub fn clamped(&self, bounce: u32, value: V3) -> V3 {
         if !self.clamps(bounce) {
             return value;
         }
-        let (most, brightest) = (F::splat(self.clamp_indirect), value.max_component());
-        value * F::select(brightest.gt(most), most / brightest, F::splat(1.0))
+        let (most, brightest) = (self.clamp_indirect, value.max_component());
+        let scale = most / brightest;
+        value * if brightest > most { scale } else { 1.0 }
     }
 
     /// [`worth::thinned`] where roulette is by efficiency, with the lot of the decision at `place`: pixel, sample, dimension.
     #[inline(always)]
-    pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], rate: f32, value: V3<f32>) -> V3<f32> {
+    pub fn by_lot(&self, sampler: &Sampler, [pixel, index, dimension]: [u32; 3], rate: f32, value: V3) -> V3 {
         match self.worth {
             Some(_) => worth::thinned(rate, sampler.lot(pixel, index, dimension), value),
             None => value,
@@ -208,7 +209,7 @@ impl Transport {
 
     /// Probability that a path goes on from vertex `depth` with throughput `beta`, where 1 / δ is `rate` ([`Worth`]).
     #[inline(always)]
-    pub fn survival(&self, depth: u32, rate: f32, beta: V3<f32>) -> f32 {
+    pub fn survival(&self, depth: u32, rate: f32, beta: V3) -> f32 {
         if self.reuse > 1 && depth == 0 {
             // Second vertices serve all pixels of a block.
             return 1.0;
@@ -231,49 +232,46 @@ pub fn simulates_light(integrator: Integrator) -> bool {
 
 /// A vertex that scatters light: what the path carries to it, and the surface there.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex<F> {
+pub struct Vertex {
     /// Throughput of the path up to here.
-    pub beta: V3<F>,
+    pub beta: V3,
     /// Albedo.
-    pub albedo: V3<F>,
+    pub albedo: V3,
     /// Unit shading normal, on the side of the arriving ray.
-    pub normal: V3<F>,
+    pub normal: V3,
     /// Unit geometric normal, on the same side.
-    pub geometric: V3<F>,
+    pub geometric: V3,
 }
 
 /// A light as the estimator sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct Sampled<F> {
+pub struct Sampled {
     /// Emitted radiance.
-    pub radiance: V3<F>,
+    pub radiance: V3,
     /// Expected number of samples of it at each vertex.
-    pub rate: F,
+    pub rate: f32,
 }
 
 /// What a light sample adds if nothing is in its way: β·f·cos θ·L / density, times the MIS weight; zero where the surface or the
 /// light faces away.
 #[inline(always)]
-pub fn light_contribution<F: Lanes>(at: Vertex<F>, light: Sampled<F>, sample: LightSample<F>, mis: bool) -> V3<F> {
-    let zero = F::splat(0.0);
+pub fn light_contribution(at: Vertex, light: Sampled, sample: LightSample, mis: bool) -> V3 {
     let cos = sample.direction.dot(at.normal);
     let density = sample.pdf * light.rate;
-    let reaches = cos.gt(zero) & sample.direction.dot(at.geometric).gt(zero) & density.gt(zero);
-    let weight =
-        if mis { warp::power_heuristic(sample.reckoned * light.rate, diffuse::pdf(cos)) } else { F::splat(1.0) };
+    let reaches = (cos > 0.0) & (sample.direction.dot(at.geometric) > 0.0) & (density > 0.0);
+    let weight = if mis { warp::power_heuristic(sample.reckoned * light.rate, diffuse::pdf(cos)) } else { 1.0 };
     let value = at.beta.times(diffuse::evaluate(at.albedo)).times(light.radiance) * (cos / density * weight);
-    V3::select(reaches, value, V3::new(zero, zero, zero))
+    V3::select(reaches, value, V3::new(0.0, 0.0, 0.0))
 }
 
 /// A uniform direction over the hemisphere and what multiplies the emission it finds, for one of `count` samples.
 #[inline(always)]
-pub fn hemisphere_sample<F: Lanes>(at: Vertex<F>, [u, v]: [F; 2], count: u32) -> (V3<F>, V3<F>) {
-    let zero = F::splat(0.0);
+pub fn hemisphere_sample(at: Vertex, [u, v]: [f32; 2], count: u32) -> (V3, V3) {
     let local = warp::uniform_hemisphere(u, v);
     let direction = warp::to_world(local, at.normal);
-    let value = at.beta.times(diffuse::evaluate(at.albedo)) * (local.z * F::splat(2.0 * PI / count as f32));
-    let above = direction.dot(at.geometric).gt(zero) & local.z.gt(zero);
-    (direction, V3::select(above, value, V3::new(zero, zero, zero)))
+    let value = at.beta.times(diffuse::evaluate(at.albedo)) * (local.z * (2.0 * PI / count as f32));
+    let above = (direction.dot(at.geometric) > 0.0) & (local.z > 0.0);
+    (direction, V3::select(above, value, V3::new(0.0, 0.0, 0.0)))
 }
 
 /// Emission that a ray has found.
@@ -291,7 +289,7 @@ pub struct Emission<'a> {
 
 /// Emission towards a ray; `None` for surfaces that do not emit, or not on this side.
 #[inline(always)]
-pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> Option<Emission<'a>> {
+pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: Origin, direction: V3) -> Option<Emission<'a>> {
     let geometry = scene.shapes.geometries.get(hit.geom as usize)?;
     if geometry.light == NO_LIGHT {
         return None;
@@ -307,7 +305,7 @@ pub fn emission<'a>(scene: &'a Scene, hit: &Hit, origin: Origin, direction: V3<f
 
 /// Unit normal of the front side at a hit: by winding for triangles, outwards for spheres.
 #[inline(always)]
-pub fn outward_normal(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> V3<f32> {
+pub fn outward_normal(scene: &Scene, hit: &Hit, origin: Origin, direction: V3) -> V3 {
     let shapes = &scene.shapes;
     if origin.low.is_some() {
         return double::outward_normal(shapes, hit, origin.wide(), direction.into());
@@ -319,7 +317,7 @@ pub fn outward_normal(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f3
 }
 
 /// The surface at a hit, of whichever kind: the scalar twin of the batch in `stages/shade`.
-pub fn surface_at(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f32>) -> SurfacePoint<f32, Origin> {
+pub fn surface_at(scene: &Scene, hit: &Hit, origin: Origin, direction: V3) -> SurfacePoint<Origin> {
     let shapes = &scene.shapes;
     if origin.low.is_some() {
         return double::surface_at(shapes, hit, origin.wide(), direction.into());
@@ -340,6 +338,6 @@ pub fn surface_at(scene: &Scene, hit: &Hit, origin: Origin, direction: V3<f32>) 
 
 /// Normal as a colour: (n + 1) / 2.
 #[inline(always)]
-pub fn normal_color(normal: V3<f32>) -> Vec3 {
+pub fn normal_color(normal: V3) -> Vec3 {
     Vec3::from(normal) * 0.5 + Vec3::splat(0.5)
 }

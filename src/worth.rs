@@ -6,7 +6,7 @@
 //! §10.4.1). Both are measured by a few samples of each part of the frame before the render ([`crate::pilot`]).
 
 use crate::options::RenderOptions;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 
 /// No ray counts more than this many times for others that were not traced: what it was expected to add may be wrong.
 const MOST: f32 = 4.0;
@@ -89,7 +89,7 @@ pub fn survival(rate: f32, value: f32) -> f32 {
 /// What a ray towards a light, which would add `value`, adds if it is traced: zero if it is not worth its work; else `value`, or more for those
 /// that are not traced. The `lot` is drawn by itself: nothing is gained by spreading lots evenly.
 #[inline(always)]
-pub fn thinned(rate: f32, lot: f32, value: V3<f32>) -> V3<f32> {
+pub fn thinned(rate: f32, lot: f32, value: V3) -> V3 {
     let survival = survival(rate, value.max_component());
     value * if lot < survival { 1.0 / survival } else { 0.0 }
 }

@@ -4,7 +4,7 @@ use comber::bvh::Accel;
 use comber::explain::{Event, Story};
 use comber::options::{Direct, Integrator, RenderOptions, Roulette};
 use comber::plan::Plan;
-use comber::sampling::lanes::V3;
+use comber::sampling::v3::V3;
 use comber::scene::stage::{Stage, UpAxis, place};
 use comber::scene::{Scene, SceneOptions, procedural};
 use comber::{drive, observer::Unobserved};

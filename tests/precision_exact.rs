@@ -4,7 +4,7 @@
 use comber::bvh::Accel;
 use comber::bvh::ray::Ray;
 use comber::options::{AccelOptions, Precision};
-use comber::sampling::lanes::V3;
+use comber::sampling::v3::V3;
 use comber::scene::double::ROUNDING;
 use comber::scene::origin::Origin;
 use comber::scene::shapes::{Geometry, NO_LIGHT, Shapes};

@@ -19,8 +19,8 @@ use crate::bvh::{Accel, Query, Traversal};
 use crate::light::Light;
 use crate::light::shape::{LightShape, Parallelogram};
 use crate::options::RenderOptions;
-use crate::sampling::lanes::V3;
 use crate::sampling::random::uniform4;
+use crate::sampling::v3::V3;
 use crate::sampling::warp;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -88,7 +88,7 @@ fn camera_rays(source: &Source, pixels: impl Iterator<Item = (u32, u32)>) -> Ray
     let lens = source.camera.lens(source.size[0], source.size[1]);
     let mut rays = Rays::default();
     for (x, y) in pixels {
-        let direction: V3<f32> = lens.direction(x as f32 + 0.5, y as f32 + 0.5);
+        let direction: V3 = lens.direction(x as f32 + 0.5, y as f32 + 0.5);
         rays.push(Ray::new(lens.origin, direction.into()));
     }
     rays

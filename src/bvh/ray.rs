@@ -1,6 +1,6 @@
 //! A ray and what it hit: the two values that every traversal kernel takes and gives.
 
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::origin::Origin;
 use glam::Vec3;
 
@@ -31,7 +31,7 @@ impl Ray {
 
     /// A ray that leaves a point, to infinity.
     #[inline(always)]
-    pub fn leaving(origin: Origin, direction: V3<f32>) -> Ray {
+    pub fn leaving(origin: Origin, direction: V3) -> Ray {
         Ray { low: origin.low.map_or(Vec3::ZERO, Vec3::from), ..Ray::new(origin.high.into(), direction.into()) }
     }
 

@@ -9,77 +9,80 @@
 //! No point is left out: a corner weighs nothing only where the surface faces away from it, and if all corners do, no light arrives. Where a lamp is so near
 //! that its middle is much closer than its corners, the density is flatter than what arrives, as it is by area.
 
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::order::{max, min};
+use crate::sampling::v3::V3;
 
 /// A density over a parallelogram, bilinear between its corners, as a surface sees them.
 #[derive(Clone, Copy, Debug)]
-pub struct Corners<F> {
+pub struct Corners {
     /// Shares of the corners at (0, 0), (1, 0), (0, 1), (1, 1).
-    shares: [F; 4],
+    shares: [f32; 4],
 }
 
 /// A point drawn, as fractions of the sides, and its density relative to that of a uniform point.
 #[derive(Clone, Copy, Debug)]
-pub struct Drawn<F> {
+pub struct Drawn {
     /// Along the first side.
-    pub s: F,
+    pub s: f32,
     /// Along the second side.
-    pub t: F,
+    pub t: f32,
     /// Its mean over the parallelogram is 1.
-    pub density: F,
+    pub density: f32,
 }
 
-impl<F: Lanes> Corners<F> {
+impl Corners {
     /// From the way to the first corner, the sides, and the unit normal of the seeing surface.
     #[inline(always)]
-    pub fn new(way: V3<F>, [u, v]: [V3<F>; 2], normal: V3<F>) -> Self {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+    pub fn new(way: V3, [u, v]: [V3; 2], normal: V3) -> Self {
         // The height of the surface above the lamp's plane is the same to all corners.
-        let weight = |way: V3<F>| {
+        let weight = |way: V3| {
             let squared = way.dot(way);
-            way.dot(normal).max(zero) / (squared * squared)
+            max(way.dot(normal), 0.0) / (squared * squared)
         };
         let weights = [weight(way), weight(way + u), weight(way + v), weight(way + u + v)];
         let sum = (weights[0] + weights[1]) + (weights[2] + weights[3]);
         // Nothing to go by, or more than a number holds.
-        let usable = sum.gt(zero) & sum.lt(F::splat(f32::MAX));
-        let scale = one / F::select(usable, sum, one);
-        Corners { shares: weights.map(|weight| F::select(usable, weight * scale, F::splat(0.25))) }
+        let usable = (sum > 0.0) & (sum < f32::MAX);
+        let scale = 1.0 / if usable { sum } else { 1.0 };
+        let share = |weight: f32| {
+            let share = weight * scale;
+            if usable { share } else { 0.25 }
+        };
+        Corners { shares: [share(weights[0]), share(weights[1]), share(weights[2]), share(weights[3])] }
     }
 
     /// The point that two numbers in [0, 1) choose.
     #[inline(always)]
-    pub fn sample(&self, u: F, v: F) -> Drawn<F> {
+    pub fn sample(&self, u: f32, v: f32) -> Drawn {
         let [near, right, up, far] = self.shares;
         let t = linear(v, near + right, up + far);
         let (left, right) = (mix(near, up, t), mix(right, far, t));
         let s = linear(u, left, right);
-        Drawn { s, t, density: F::splat(4.0) * mix(left, right, s) }
+        Drawn { s, t, density: 4.0 * mix(left, right, s) }
     }
 }
 
 /// From `a` at 0 to `b` at 1.
 #[inline(always)]
-fn mix<F: Lanes>(a: F, b: F, x: F) -> F {
-    a * (F::splat(1.0) - x) + b * x
+fn mix(a: f32, b: f32, x: f32) -> f32 {
+    a * (1.0 - x) + b * x
 }
 
 /// Number in [0, 1] with density in proportion to `mix(a, b, _)`; `a` and `b` are not negative.
 #[inline(always)]
-fn linear<F: Lanes>(u: F, a: F, b: F) -> F {
-    let (zero, one) = (F::splat(0.0), F::splat(1.0));
+fn linear(u: f32, a: f32, b: f32) -> f32 {
     let root = mix(a * a, b * b, u).sqrt();
     // In this order, a number that is none, where both are zero, becomes 0.
-    (u * (a + b) / (a + root)).max(zero).min(one)
+    min(max(u * (a + b) / (a + root), 0.0), 1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, Vec3, Vec4};
+    use glam::{DVec2, Vec3};
 
     /// A lamp below a surface that looks down, as seen from near, far, beside, and from a surface that sees a part of it.
-    fn cases() -> Vec<(V3<f32>, [V3<f32>; 2], V3<f32>)> {
+    fn cases() -> Vec<(V3, [V3; 2], V3)> {
         let v = |x: f32, y: f32, z: f32| V3::from(Vec3::new(x, y, z));
         let n = |x: f32, y: f32, z: f32| V3::from(Vec3::new(x, y, z).normalize());
         let sides = [v(1.0, 0.0, 0.0), v(0.0, 0.0, 0.7)];
@@ -133,7 +136,7 @@ mod tests {
         for (u, v) in [(0.1, 0.2), (0.9, 0.4), (0.5, 0.99)] {
             let drawn = corners.sample(u, v);
             let to = way + sides[0] * drawn.s + sides[1] * drawn.t;
-            let arrives = |to: V3<f32>| f64::from(to.dot(normal)) / f64::from(to.dot(to)).powi(2);
+            let arrives = |to: V3| f64::from(to.dot(normal)) / f64::from(to.dot(to)).powi(2);
             let worth = arrives(to) / f64::from(drawn.density) / arrives(way);
             assert!((worth - 1.0).abs() < 1e-5, "{worth}");
         }
@@ -151,16 +154,13 @@ mod tests {
     }
 
     #[test]
-    fn points_stay_on_the_lamp_and_four_lanes_give_the_bits_of_one() {
+    fn points_stay_on_the_lamp() {
         let numbers = [0.0, 1e-7, 0.3, 0.999_999_94];
-        for (way, [a, b], normal) in cases() {
-            let splat = |v: V3<f32>| V3::new(Vec4::splat(v.x), Vec4::splat(v.y), Vec4::splat(v.z));
-            let four = Corners::new(splat(way), [splat(a), splat(b)], splat(normal));
-            let one = Corners::new(way, [a, b], normal);
+        for (way, sides, normal) in cases() {
+            let corners = Corners::new(way, sides, normal);
             for (u, v) in numbers.iter().flat_map(|&u| numbers.map(|v| (u, v))) {
-                let (one, four) = (one.sample(u, v), four.sample(Vec4::splat(u), Vec4::splat(v)));
-                assert!((0.0..=1.0).contains(&one.s) && (0.0..=1.0).contains(&one.t), "{u} {v}: {one:?}");
-                assert_eq!([one.s, one.t, one.density], [four.s[1], four.t[2], four.density[3]]);
+                let drawn = corners.sample(u, v);
+                assert!((0.0..=1.0).contains(&drawn.s) && (0.0..=1.0).contains(&drawn.t), "{u} {v}: {drawn:?}");
             }
         }
     }

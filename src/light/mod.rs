@@ -15,7 +15,7 @@ pub mod tree;
 pub mod triangle;
 
 use crate::options::LightSampling;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::v3::V3;
 use crate::scene::origin::Origin;
 use glam::Vec3;
 use shape::{EmissiveMesh, EmissiveSphere, LightShape};
@@ -78,10 +78,10 @@ impl Light {
         &self,
         part: u32,
         from: impl Into<Origin>,
-        normal: V3<f32>,
+        normal: V3,
         [u, v]: [f32; 2],
         how: LightSampling,
-    ) -> LightSample<f32> {
+    ) -> LightSample {
         let from: Origin = from.into();
         if from.low.is_some() {
             return self.near(part, from.wide()).sample(normal, [u, v], how);
@@ -132,28 +132,28 @@ pub fn luminance(color: Vec3) -> f32 {
 
 /// A direction towards a light.
 #[derive(Clone, Copy, Debug)]
-pub struct LightSample<F> {
+pub struct LightSample {
     /// Unit direction, world space.
-    pub direction: V3<F>,
+    pub direction: V3,
     /// Distance up to which the way must be free.
-    pub distance: F,
+    pub distance: f32,
     /// Solid-angle density; 0 where the light does not emit towards `from`.
-    pub pdf: F,
+    pub pdf: f32,
     /// The density that MIS weights reckon with: `pdf`, or what stands for it where that depends on the surface that asks, of which a ray that
     /// finds the light knows nothing any more. Weights may be any, so long as they add up to 1.
-    pub reckoned: F,
+    pub reckoned: f32,
 }
 
 /// The sample that a point on a light makes: `point` is moved off the surface along the unit `normal` by `offset`,
 /// more than rounding can move it, so that a shadow ray never hits the light it was aimed at.
 #[inline(always)]
-fn towards<F: Lanes>(from: V3<F>, point: V3<F>, normal: V3<F>, offset: F, area: F) -> LightSample<F> {
-    let zero = F::splat(0.0);
+fn towards(from: V3, point: V3, normal: V3, offset: f32, area: f32) -> LightSample {
     let way = point + normal * offset - from;
     let squared = way.dot(way);
     let distance = squared.sqrt();
-    let direction = way * (F::splat(1.0) / distance);
+    let direction = way * (1.0 / distance);
     let cos_light = -direction.dot(normal);
-    let pdf = F::select(cos_light.gt(zero), squared / (cos_light * area), zero);
+    let pdf = squared / (cos_light * area);
+    let pdf = if cos_light > 0.0 { pdf } else { 0.0 };
     LightSample { direction, distance, pdf, reckoned: pdf }
 }

@@ -6,7 +6,7 @@
 use super::shape::{EmissiveSphere, EmissiveTriangle, LightShape, Parallelogram, cone_height, cone_pdf};
 use super::{Light, LightSample};
 use crate::options::LightSampling;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::double::ROUNDING;
 use crate::scene::surface::offset;
 use glam::{DVec3, Vec3};
@@ -22,11 +22,11 @@ pub enum Near {
     Sphere(EmissiveSphere),
 }
 
-const ZERO: V3<f32> = V3 { x: 0.0, y: 0.0, z: 0.0 };
+const ZERO: V3 = V3 { x: 0.0, y: 0.0, z: 0.0 };
 
 /// How far off a surface shadow rays end: by what single precision errs of its place as seen from the point, and double precision of its own.
 fn clearance(seen: Vec3, place: DVec3) -> f32 {
-    offset::<f32>(seen.abs().into()) + (place.abs().element_sum() * ROUNDING) as f32
+    offset(seen.abs().into()) + (place.abs().element_sum() * ROUNDING) as f32
 }
 
 impl Light {
@@ -56,7 +56,7 @@ impl Light {
 
 impl Near {
     /// As [`Light::sample`].
-    pub fn sample(&self, normal: V3<f32>, [u, v]: [f32; 2], how: LightSampling) -> LightSample<f32> {
+    pub fn sample(&self, normal: V3, [u, v]: [f32; 2], how: LightSampling) -> LightSample {
         match (self, how) {
             (Near::Parallelogram(p), LightSampling::Corners) => p.sample_corners(ZERO, normal, u, v),
             (Near::Parallelogram(p), LightSampling::Area) => p.sample_area(ZERO, u, v),

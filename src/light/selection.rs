@@ -4,7 +4,7 @@ use super::Light;
 use super::tree::LightTree;
 use crate::measure::units;
 use crate::options::{Direct, LightSelection, Precision, RenderOptions};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use std::sync::Arc;
 
 /// Scenes with more lights than this are not asked for each of them, unless that is what the options say; and no more shadow rays
@@ -90,8 +90,8 @@ impl Selection {
         lights: &[Light],
         [k, rays]: [u32; 2],
         [u, v]: [f32; 2],
-        from: V3<f32>,
-        normal: V3<f32>,
+        from: V3,
+        normal: V3,
     ) -> Option<Chosen> {
         let (id, rate) = match self {
             Selection::Each(each) => ((k / each) as usize, *each as f32),
@@ -113,7 +113,7 @@ impl Selection {
 
     /// The rate that [`Selection::choose`] gives to a part of light `id`.
     #[inline(always)]
-    pub fn rate(&self, light: &Light, [id, part]: [u32; 2], rays: u32, from: V3<f32>, normal: V3<f32>) -> f32 {
+    pub fn rate(&self, light: &Light, [id, part]: [u32; 2], rays: u32, from: V3, normal: V3) -> f32 {
         match self {
             Selection::Each(each) => *each as f32 * light.share(part),
             Selection::Power { shares, .. } => shares[id as usize] * rays as f32 * light.share(part),

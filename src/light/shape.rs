@@ -5,7 +5,8 @@ use super::rectangle::SeenRectangle;
 use super::triangle::SeenTriangle;
 use super::{LightSample, towards};
 use crate::options::LightSampling;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::order::max;
+use crate::sampling::v3::V3;
 use crate::sampling::warp;
 use crate::scene::surface::offset;
 use glam::{DVec3, Vec3};
@@ -89,27 +90,28 @@ impl Parallelogram {
 
     /// A point, uniform by area.
     #[inline(always)]
-    pub fn sample_area<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
-        let point = V3::splat(self.corner) + V3::splat(self.side_u) * u + V3::splat(self.side_v) * v;
-        towards(from, point, V3::splat(self.normal), F::splat(self.offset), F::splat(self.area))
+    pub fn sample_area(&self, from: V3, u: f32, v: f32) -> LightSample {
+        let point = V3::from(self.corner) + V3::from(self.side_u) * u + V3::from(self.side_v) * v;
+        towards(from, point, V3::from(self.normal), self.offset, self.area)
     }
 
     /// A point, uniform by solid angle where the rule of `seen` says so.
     #[inline(always)]
-    pub fn sample_solid_angle<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
+    pub fn sample_solid_angle(&self, from: V3, u: f32, v: f32) -> LightSample {
         let Some((seen, by_solid_angle)) = self.seen(from) else { return self.sample_area(from, u, v) };
         let (s, t) = seen.sample(u, v);
-        let found = self.sample_area(from, F::select(by_solid_angle, s, u), F::select(by_solid_angle, t, v));
-        let reaches = by_solid_angle & found.pdf.gt(F::splat(0.0));
-        let pdf = F::select(reaches, F::splat(0.5) / seen.half, found.pdf);
+        let found = self.sample_area(from, if by_solid_angle { s } else { u }, if by_solid_angle { t } else { v });
+        let reaches = by_solid_angle & (found.pdf > 0.0);
+        let uniform = 0.5 / seen.half;
+        let pdf = if reaches { uniform } else { found.pdf };
         LightSample { pdf, reckoned: pdf, ..found }
     }
 
     /// A point, more often where more light would come from to a surface with this unit `normal`. Weights reckon with its density by area.
     #[inline(always)]
-    pub fn sample_corners<F: Lanes>(&self, from: V3<F>, normal: V3<F>, u: F, v: F) -> LightSample<F> {
-        let sides = [self.side_u, self.side_v].map(V3::splat);
-        let drawn = Corners::new(V3::splat(self.corner) - from, sides, normal).sample(u, v);
+    pub fn sample_corners(&self, from: V3, normal: V3, u: f32, v: f32) -> LightSample {
+        let sides = [self.side_u.into(), self.side_v.into()];
+        let drawn = Corners::new(V3::from(self.corner) - from, sides, normal).sample(u, v);
         let found = self.sample_area(from, drawn.s, drawn.t);
         LightSample { pdf: found.pdf * drawn.density, ..found }
     }
@@ -117,18 +119,18 @@ impl Parallelogram {
     /// The rectangle as a point sees it, and whether points are drawn by solid angle there. Samples and densities follow the same
     /// rule. `None` for other parallelograms.
     #[inline(always)]
-    fn seen<F: Lanes>(&self, from: V3<F>) -> Option<(SeenRectangle<F>, F::Mask)> {
+    fn seen(&self, from: V3) -> Option<(SeenRectangle, bool)> {
         let [(x, width), (y, height)] = self.rectangle?;
-        let way = V3::splat(self.corner) - from;
-        let h = -way.dot(V3::splat(self.normal));
-        let near = [way.dot(V3::splat(x)), way.dot(V3::splat(y))];
-        let seen = SeenRectangle::new(near, [F::splat(width), F::splat(height)], h);
+        let way = V3::from(self.corner) - from;
+        let h = -way.dot(V3::from(self.normal));
+        let near = [way.dot(V3::from(x)), way.dot(V3::from(y))];
+        let seen = SeenRectangle::new(near, [width, height], h);
         Some((seen, seen.is_wide(SMALLEST_SOLID_ANGLE)))
     }
 
     /// [`LightSample::reckoned`] of a point at `distance`, seen under `cos` (> 0) to the normal.
     #[inline(always)]
-    pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
+    pub fn pdf(&self, from: V3, distance: f32, cos: f32, how: LightSampling) -> f32 {
         let seen = if how == LightSampling::SolidAngle { self.seen(from) } else { None };
         match seen {
             Some((seen, true)) => 0.5 / seen.half,
@@ -225,7 +227,7 @@ impl EmissiveMesh {
 impl EmissiveTriangle {
     /// A point, uniform by area or, where the rule of `seen` says so, by solid angle.
     #[inline(always)]
-    pub fn sample(&self, from: V3<f32>, u: f32, v: f32, how: LightSampling) -> LightSample<f32> {
+    pub fn sample(&self, from: V3, u: f32, v: f32, how: LightSampling) -> LightSample {
         let [a, b, c] = self.corners.map(V3::from);
         let seen = self.seen(from, how);
         let weights = match &seen {
@@ -248,7 +250,7 @@ impl EmissiveTriangle {
 
     /// The triangle as a point sees it if points are drawn by solid angle there. Samples and densities follow the same rule.
     #[inline(always)]
-    fn seen(&self, from: V3<f32>, how: LightSampling) -> Option<SeenTriangle> {
+    fn seen(&self, from: V3, how: LightSampling) -> Option<SeenTriangle> {
         if how != LightSampling::SolidAngle {
             return None;
         }
@@ -260,7 +262,7 @@ impl EmissiveTriangle {
 
     /// [`LightSample::reckoned`] of a point at `distance`, seen under `cos` (> 0) to the normal.
     #[inline(always)]
-    pub fn pdf(&self, from: V3<f32>, distance: f32, cos: f32, how: LightSampling) -> f32 {
+    pub fn pdf(&self, from: V3, distance: f32, cos: f32, how: LightSampling) -> f32 {
         match self.seen(from, how) {
             Some(seen) => 0.5 / seen.half,
             None => distance * distance / (cos * self.area),
@@ -301,20 +303,19 @@ impl EmissiveSphere {
 
     /// A direction, uniform over the cone that the sphere fills (Shirley, Wang & Zimmerman 1996, §3.2).
     #[inline(always)]
-    pub fn sample<F: Lanes>(&self, from: V3<F>, u: F, v: F) -> LightSample<F> {
-        let zero = F::splat(0.0);
-        let radius = F::splat(self.radius);
-        let to_center = V3::splat(self.center) - from;
+    pub fn sample(&self, from: V3, u: f32, v: f32) -> LightSample {
+        let radius = self.radius;
+        let to_center = V3::from(self.center) - from;
         let squared = to_center.dot(to_center);
-        let axis = to_center * (F::splat(1.0) / squared.sqrt());
-        let height = cone_height(from, V3::splat(self.center), self.radius);
+        let axis = to_center * (1.0 / squared.sqrt());
+        let height = cone_height(from, V3::from(self.center), self.radius);
         let direction = warp::to_world(warp::uniform_cap(u, v, height), axis);
         // Distance to the nearer intersection; the foot of the perpendicular stands in for a direction that
         // rounding has pushed past the rim.
         let along = direction.dot(to_center);
         let foot = to_center - direction * along;
-        let half_chord = (radius * radius - foot.dot(foot)).max(zero).sqrt();
-        let distance = (along - half_chord - F::splat(self.offset)).max(zero);
+        let half_chord = max(radius * radius - foot.dot(foot), 0.0).sqrt();
+        let distance = max(along - half_chord - self.offset, 0.0);
         let pdf = cone_pdf(height);
         LightSample { direction, distance, pdf, reckoned: pdf }
     }
@@ -322,19 +323,17 @@ impl EmissiveSphere {
 
 /// `1 − cos θ_max` of the cone that a sphere fills seen from `from`; 0 from inside it, where no light is emitted.
 #[inline(always)]
-pub fn cone_height<F: Lanes>(from: V3<F>, center: V3<F>, radius: f32) -> F {
+pub fn cone_height(from: V3, center: V3, radius: f32) -> f32 {
     let to_center = center - from;
-    let sin2 = F::splat(radius * radius) / to_center.dot(to_center);
-    let one = F::splat(1.0);
-    let zero = F::splat(0.0);
+    let sin2 = radius * radius / to_center.dot(to_center);
     // sin² / (1 + cos) does not cancel when the sphere is far away, 1 − cos would.
-    let height = sin2 / (one + (one - sin2).max(zero).sqrt());
-    F::select(sin2.lt(one), height, zero)
+    let height = sin2 / (1.0 + max(1.0 - sin2, 0.0).sqrt());
+    if sin2 < 1.0 { height } else { 0.0 }
 }
 
 /// Density of a uniform direction within a cone, 0 for an empty one.
 #[inline(always)]
-pub fn cone_pdf<F: Lanes>(height: F) -> F {
-    let zero = F::splat(0.0);
-    F::select(height.gt(zero), F::splat(1.0 / (2.0 * PI)) / height, zero)
+pub fn cone_pdf(height: f32) -> f32 {
+    let pdf = 1.0 / (2.0 * PI) / height;
+    if height > 0.0 { pdf } else { 0.0 }
 }

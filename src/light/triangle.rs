@@ -5,7 +5,7 @@
 //! arc tangent, one sine and cosine, and no difference of angles, so that small triangles keep their digits.
 
 use crate::sampling::angle::{angle_of, sin_cos};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 
 /// Solid angles (sr) above which edges are nearly half circles, which two corners no longer determine: seen from 0.004 above a triangle
 /// of size 1, 6.2 sr, directions did not follow the density (χ²).
@@ -20,7 +20,7 @@ pub struct SeenTriangle {
     /// One over the distances of the corners.
     inverse: [f32; 3],
     /// Unit vectors towards the corners.
-    corners: [V3<f32>; 3],
+    corners: [V3; 3],
     /// Volume of the parallelepiped of the unit vectors, and the sums of cosines of Peters' formula.
     volume: f32,
     cosines: [f32; 2],
@@ -31,7 +31,7 @@ pub struct SeenTriangle {
 impl SeenTriangle {
     /// From the ways to the corners, the distance to the plane, and the triangle's area.
     #[inline(always)]
-    pub fn new(ways: [V3<f32>; 3], height: f32, area: f32) -> Self {
+    pub fn new(ways: [V3; 3], height: f32, area: f32) -> Self {
         let inverse = ways.map(|way| 1.0 / way.dot(way).sqrt());
         let [a, b, c] = [0, 1, 2].map(|i: usize| ways[i] * inverse[i]);
         let volume = (height * inverse[0]) * (2.0 * area * inverse[1] * inverse[2]);

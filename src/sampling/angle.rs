@@ -1,61 +1,65 @@
-//! Angles without the system's library: sine, cosine and arc tangent from polynomials, the same bits on one lane as on four and on
+//! Angles without the system's library: sine, cosine and arc tangent from polynomials, without branches, and the same bits on
 //! every machine.
 
-use super::lanes::Lanes;
+use super::order::{max, min};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Sine and cosine for |angle| ≤ π/4: Taylor series, truncated below one unit in the last place of `f32`.
 #[inline(always)]
-pub fn sin_cos_quarter<F: Lanes>(angle: F) -> (F, F) {
+pub fn sin_cos_quarter(angle: f32) -> (f32, f32) {
     let t = angle * angle;
-    let s = F::splat(2.755_731_9e-6) * t + F::splat(-1.984_127e-4);
-    let s = s * t + F::splat(8.333_334e-3);
-    let s = s * t + F::splat(-1.666_666_7e-1);
+    let s = 2.755_731_9e-6 * t - 1.984_127e-4;
+    let s = s * t + 8.333_334e-3;
+    let s = s * t - 1.666_666_7e-1;
     let s = s * t * angle + angle;
-    let c = F::splat(2.480_158_7e-5) * t + F::splat(-1.388_888_9e-3);
-    let c = c * t + F::splat(4.166_666_8e-2);
-    let c = c * t + F::splat(-0.5);
-    let c = c * t + F::splat(1.0);
+    let c = 2.480_158_7e-5 * t - 1.388_888_9e-3;
+    let c = c * t + 4.166_666_8e-2;
+    let c = c * t - 0.5;
+    let c = c * t + 1.0;
     (s, c)
 }
 
 /// Sine and cosine for angles from 0 to π, folded at π/2 and π/4.
 #[inline(always)]
-pub fn sin_cos<F: Lanes>(angle: F) -> (F, F) {
-    let obtuse = angle.gt(F::splat(FRAC_PI_2));
-    let acute = F::select(obtuse, F::splat(PI) - angle, angle);
-    let steep = acute.gt(F::splat(FRAC_PI_4));
-    let (s, c) = sin_cos_quarter(F::select(steep, F::splat(FRAC_PI_2) - acute, acute));
-    let (s, c) = (F::select(steep, c, s), F::select(steep, s, c));
-    (s, F::select(obtuse, -c, c))
+pub fn sin_cos(angle: f32) -> (f32, f32) {
+    let obtuse = angle > FRAC_PI_2;
+    let supplement = PI - angle;
+    let acute = if obtuse { supplement } else { angle };
+    let steep = acute > FRAC_PI_4;
+    let complement = FRAC_PI_2 - acute;
+    let (s, c) = sin_cos_quarter(if steep { complement } else { acute });
+    let (s, c) = (if steep { c } else { s }, if steep { s } else { c });
+    let opposite = -c;
+    (s, if obtuse { opposite } else { c })
 }
 
 /// The angle from 0 to π of the vector (x, y), y ≥ 0, off the x axis: `atan2`. Not a number for (0, 0).
 ///
 /// Polynomial for |t| ≤ tan(π/8) after Moshier's Cephes library (`atanf`), to which larger ones are turned by −π/4.
 #[inline(always)]
-pub fn angle_of<F: Lanes>(y: F, x: F) -> F {
-    let zero = F::splat(0.0);
+pub fn angle_of(y: f32, x: f32) -> f32 {
     let ax = x.abs();
-    let (small, large) = (y.min(ax), y.max(ax));
-    let turned = small.gt(large * F::splat(0.414_213_57));
-    let over = F::select(turned, small - large, small);
-    let under = F::select(turned, small + large, large);
+    let (small, large) = (min(y, ax), max(y, ax));
+    let turned = small > large * 0.414_213_57;
+    let (difference, sum) = (small - large, small + large);
+    let over = if turned { difference } else { small };
+    let under = if turned { sum } else { large };
     let t = over / under;
     let z = t * t;
-    let p = F::splat(8.053_744_5e-2) * z + F::splat(-1.387_768_6e-1);
-    let p = p * z + F::splat(1.997_771_1e-1);
-    let p = p * z + F::splat(-3.333_295e-1);
+    let p = 8.053_744_5e-2 * z - 1.387_768_6e-1;
+    let p = p * z + 1.997_771_1e-1;
+    let p = p * z - 3.333_295e-1;
     let p = p * z * t + t;
-    let angle = p + F::select(turned, F::splat(FRAC_PI_4), zero);
-    let angle = F::select(y.gt(ax), F::splat(FRAC_PI_2) - angle, angle);
-    F::select(x.lt(zero), F::splat(PI) - angle, angle)
+    let angle = p + if turned { FRAC_PI_4 } else { 0.0 };
+    let complement = FRAC_PI_2 - angle;
+    let angle = if y > ax { complement } else { angle };
+    let supplement = PI - angle;
+    if x < 0.0 { supplement } else { angle }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec4;
 
     #[test]
     fn quarter_sine_and_cosine_are_right_to_two_units() {
@@ -103,19 +107,5 @@ mod tests {
             assert!((f64::from(angle_of(y, 1.0)) / f64::from(y).atan() - 1.0).abs() < 3e-7, "{y}");
         }
         assert_eq!((angle_of(0.0f32, 1.0), angle_of(1.0f32, 0.0), angle_of(0.0f32, -1.0)), (0.0, FRAC_PI_2, PI));
-    }
-
-    #[test]
-    fn four_lanes_give_the_bits_of_one() {
-        for i in 0..10_000 {
-            let a = [0, 1, 2, 3].map(|k: i32| (4 * i + k) as f32 / 40_000.0 * PI);
-            let (s, c) = sin_cos(Vec4::from_array(a));
-            let t = angle_of(s, c);
-            for (lane, &a) in a.iter().enumerate() {
-                let (s1, c1) = sin_cos(a);
-                assert_eq!((s[lane].to_bits(), c[lane].to_bits()), (s1.to_bits(), c1.to_bits()));
-                assert_eq!(t[lane].to_bits(), angle_of(s1, c1).to_bits());
-            }
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! From the unit square to directions, and back to densities. Local frame: +z is the normal.
 
 use super::angle::sin_cos_quarter;
-use super::lanes::{Lanes, V3};
+use super::order::max;
+use super::v3::V3;
 use std::f32::consts::{FRAC_PI_4, PI};
 
 /// A point of the unit disk, area-preserving and low in distortion.
@@ -9,71 +10,68 @@ use std::f32::consts::{FRAC_PI_4, PI};
 /// Shirley & Chiu, *A Low Distortion Map Between Disk and Square*, JGT 2(3), 1997. The angle stays within ±π/4, where short
 /// polynomials give sine and cosine to the last bits without range reduction.
 #[inline(always)]
-pub fn concentric_disk<F: Lanes>(u: F, v: F) -> (F, F) {
-    let one = F::splat(1.0);
-    let two = F::splat(2.0);
-    let a = u * two - one;
-    let b = v * two - one;
-    let x_leads = a.abs().gt(b.abs());
-    let radius = F::select(x_leads, a, b);
-    let other = F::select(x_leads, b, a);
+pub fn concentric_disk(u: f32, v: f32) -> (f32, f32) {
+    let a = u * 2.0 - 1.0;
+    let b = v * 2.0 - 1.0;
+    let x_leads = a.abs() > b.abs();
+    let radius = if x_leads { a } else { b };
+    let other = if x_leads { b } else { a };
     // At the centre both are zero: divide by one instead, and the radius makes the point (0, 0).
-    let safe = F::select(radius.abs().gt(F::splat(0.0)), radius, one);
-    let angle = F::splat(FRAC_PI_4) * (other / safe);
+    let safe = if radius.abs() > 0.0 { radius } else { 1.0 };
+    let angle = FRAC_PI_4 * (other / safe);
     let (sin, cos) = sin_cos_quarter(angle);
     let along = radius * cos;
     let across = radius * sin;
-    (F::select(x_leads, along, across), F::select(x_leads, across, along))
+    (if x_leads { along } else { across }, if x_leads { across } else { along })
 }
 
 /// Cosine-weighted direction of the upper hemisphere (Malley's method). Density [`cosine_hemisphere_pdf`].
 #[inline(always)]
-pub fn cosine_hemisphere<F: Lanes>(u: F, v: F) -> V3<F> {
+pub fn cosine_hemisphere(u: f32, v: f32) -> V3 {
     let (x, y) = concentric_disk(u, v);
-    let z = (F::splat(1.0) - x * x - y * y).max(F::splat(0.0)).sqrt();
+    let z = max(1.0 - x * x - y * y, 0.0).sqrt();
     V3::new(x, y, z)
 }
 
 /// Solid-angle density of [`cosine_hemisphere`]: cos θ / π.
 #[inline(always)]
-pub fn cosine_hemisphere_pdf<F: Lanes>(cos_theta: F) -> F {
-    cos_theta * F::splat(1.0 / PI)
+pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
+    cos_theta * (1.0 / PI)
 }
 
 /// Uniform direction of the upper hemisphere; density 1 / 2π.
 #[inline(always)]
-pub fn uniform_hemisphere<F: Lanes>(u: F, v: F) -> V3<F> {
-    uniform_cap(u, v, F::splat(1.0))
+pub fn uniform_hemisphere(u: f32, v: f32) -> V3 {
+    uniform_cap(u, v, 1.0)
 }
 
 /// Uniform direction within a cone around +z whose `1 − cos θ_max` is `height`; density `1 / (2π·height)`.
 ///
 /// The concentric disk, lifted: a disk of radius r maps to the cap of height r²·`height`, equal areas to equal areas.
 #[inline(always)]
-pub fn uniform_cap<F: Lanes>(u: F, v: F, height: F) -> V3<F> {
+pub fn uniform_cap(u: f32, v: f32, height: f32) -> V3 {
     let (x, y) = concentric_disk(u, v);
     let drop = (x * x + y * y) * height;
-    let scale = (height * (F::splat(2.0) - drop)).max(F::splat(0.0)).sqrt();
-    V3::new(x * scale, y * scale, F::splat(1.0) - drop)
+    let scale = max(height * (2.0 - drop), 0.0).sqrt();
+    V3::new(x * scale, y * scale, 1.0 - drop)
 }
 
 /// A right-handed orthonormal basis around unit `n`: returns (tangent, bitangent).
 ///
 /// Duff et al., *Building an Orthonormal Basis, Revisited*, JCGT 6(1), 2017.
 #[inline(always)]
-pub fn basis<F: Lanes>(n: V3<F>) -> (V3<F>, V3<F>) {
-    let one = F::splat(1.0);
-    let sign = one.copysign(n.z);
-    let a = -one / (sign + n.z);
+pub fn basis(n: V3) -> (V3, V3) {
+    let sign = 1.0f32.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;
-    let tangent = V3::new(one + sign * n.x * n.x * a, sign * b, -sign * n.x);
+    let tangent = V3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x);
     let bitangent = V3::new(b, sign + n.y * n.y * a, -n.y);
     (tangent, bitangent)
 }
 
 /// A local direction in the frame around unit normal `n`, as a world direction.
 #[inline(always)]
-pub fn to_world<F: Lanes>(local: V3<F>, n: V3<F>) -> V3<F> {
+pub fn to_world(local: V3, n: V3) -> V3 {
     let (tangent, bitangent) = basis(n);
     tangent * local.x + bitangent * local.y + n * local.z
 }
@@ -82,16 +80,15 @@ pub fn to_world<F: Lanes>(local: V3<F>, n: V3<F>) -> V3<F> {
 ///
 /// Veach, *Robust Monte Carlo Methods for Light Transport Simulation*, 1997, §9.2.4.
 #[inline(always)]
-pub fn power_heuristic<F: Lanes>(a: F, b: F) -> F {
+pub fn power_heuristic(a: f32, b: f32) -> f32 {
     // As 1 / (1 + (b/a)²): squares of densities overflow near a light, the ratio does not.
     let ratio = b / a;
-    F::splat(1.0) / (F::splat(1.0) + ratio * ratio)
+    1.0 / (1.0 + ratio * ratio)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec4;
     use statrs::distribution::{ChiSquared, ContinuousCDF};
 
     fn grid(n: u32) -> impl Iterator<Item = (f32, f32)> {
@@ -101,29 +98,8 @@ mod tests {
     }
 
     #[test]
-    fn four_lanes_give_the_bits_of_one() {
-        let points: Vec<_> =
-            grid(64).chain([(0.0, 0.0), (0.5, 0.5), (1.0 - f32::EPSILON, 0.0), (0.25, 0.75)]).collect();
-        for four in points.chunks_exact(4) {
-            let u = Vec4::from_array([0, 1, 2, 3].map(|i: usize| four[i].0));
-            let v = Vec4::from_array([0, 1, 2, 3].map(|i: usize| four[i].1));
-            let n = V3::new(u - Vec4::splat(0.5), v - Vec4::splat(0.3), u * v - Vec4::splat(0.2)).normalize();
-            let wide = to_world(cosine_hemisphere(u, v), n);
-            let cap = uniform_cap(u, v, Vec4::splat(0.3));
-            for (lane, &(u, v)) in four.iter().enumerate() {
-                let n1 = V3::new(u - 0.5, v - 0.3, u * v - 0.2).normalize();
-                let one = to_world(cosine_hemisphere(u, v), n1);
-                for (a, b) in [(wide.x[lane], one.x), (wide.y[lane], one.y), (wide.z[lane], one.z)] {
-                    assert_eq!(a.to_bits(), b.to_bits());
-                }
-                assert_eq!(cap.x[lane].to_bits(), uniform_cap(u, v, 0.3).x.to_bits());
-            }
-        }
-    }
-
-    #[test]
     fn bases_are_orthonormal_and_right_handed() {
-        let mut normals: Vec<V3<f32>> = grid(40)
+        let mut normals: Vec<V3> = grid(40)
             .map(|(u, v)| {
                 let d = uniform_hemisphere(u, v);
                 if ((u * 1000.0) as u32).is_multiple_of(2) { d } else { -d }
@@ -151,7 +127,7 @@ mod tests {
     }
 
     /// χ² of random directions over equal-probability cells (bands in the given CDF of z, sectors in azimuth).
-    fn chi2(what: &str, sample: impl Fn(f32, f32) -> V3<f32>, cdf: impl Fn(f32) -> f32) {
+    fn chi2(what: &str, sample: impl Fn(f32, f32) -> V3, cdf: impl Fn(f32) -> f32) {
         let (bands, sectors, n) = (16usize, 24usize, 1u32 << 19);
         let mut cells = vec![0u32; bands * sectors];
         for i in 0..n {

@@ -9,7 +9,7 @@ use crate::light::Light;
 use crate::light::shape::{EmissiveMesh, EmissiveSphere, LightShape, Parallelogram};
 use crate::material::Material;
 use crate::options::Normals;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -177,7 +177,7 @@ impl Shapes {
     fn normals_are_those_of_triangles(&self) -> bool {
         const MOST: f32 = 1e-5;
         let flat = |prim: u32, triangle: &[u32; 3]| {
-            let own = Vec3::from(triangle_normal(self.corners(prim).map(V3::<f32>::from)));
+            let own = Vec3::from(triangle_normal(self.corners(prim).map(V3::from)));
             triangle.iter().all(|&corner| own.cross(self.normals[corner as usize]).length() <= MOST)
         };
         !self.normals.is_empty()

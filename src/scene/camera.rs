@@ -2,7 +2,7 @@
 
 use super::origin::{Origin, split};
 use crate::options::Precision;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::v3::V3;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use serde::Serialize;
 
@@ -133,8 +133,8 @@ impl Lens {
 
     /// Unit direction through `(x, y)`, in pixels from the top left corner of the frame.
     #[inline(always)]
-    pub fn direction<F: Lanes>(&self, x: F, y: F) -> V3<F> {
-        let d = V3::splat(self.corner) + V3::splat(self.dx) * x + V3::splat(self.dy) * y;
+    pub fn direction(&self, x: f32, y: f32) -> V3 {
+        let d = V3::from(self.corner) + V3::from(self.dx) * x + V3::from(self.dy) * y;
         d.normalize()
     }
 }

@@ -4,7 +4,7 @@
 
 use super::origin::Origin;
 use super::surface::SurfacePoint;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use glam::{DVec3, Vec3};
 
 /// Bound on the relative rounding error of a position: 32 half-units in the last of the 48 bits that an [`Origin`] has, as
@@ -13,7 +13,7 @@ pub const ROUNDING: f64 = 1.0 / (1u64 << 44) as f64;
 
 /// A point of a triangle with barycentric weights (1−u−v, u, v), hit along `direction`. The weights are those of the test in double precision: in single
 /// precision, they would slide the point along the triangle, and past a neighbour that meets it.
-pub fn on_triangle(corners: [DVec3; 3], u: f64, v: f64, direction: Vec3) -> SurfacePoint<f32, Origin> {
+pub fn on_triangle(corners: [DVec3; 3], u: f64, v: f64, direction: Vec3) -> SurfacePoint<Origin> {
     let [a, b, c] = corners;
     let w = 1.0 - u - v;
     let position = a * w + b * u + c * v;
@@ -24,13 +24,13 @@ pub fn on_triangle(corners: [DVec3; 3], u: f64, v: f64, direction: Vec3) -> Surf
 }
 
 /// A point of a sphere, `from_center` of which is where the ray hit it, as seen from the centre: pulled back onto the sphere.
-pub fn on_sphere(center: DVec3, radius: f64, from_center: DVec3, direction: Vec3) -> SurfacePoint<f32, Origin> {
+pub fn on_sphere(center: DVec3, radius: f64, from_center: DVec3, direction: Vec3) -> SurfacePoint<Origin> {
     let outward = from_center.try_normalize().unwrap_or(-direction.as_dvec3());
     leaving(center + outward * radius, outward, center.abs() + outward.abs() * radius, direction)
 }
 
 /// Off the surface by the rounding error, to the side that the ray came from.
-fn leaving(position: DVec3, normal: DVec3, reach: DVec3, direction: Vec3) -> SurfacePoint<f32, Origin> {
+fn leaving(position: DVec3, normal: DVec3, reach: DVec3, direction: Vec3) -> SurfacePoint<Origin> {
     let normal = if normal.dot(direction.as_dvec3()) > 0.0 { -normal } else { normal };
     let origin = Origin::double(position + normal * (reach.element_sum() * ROUNDING));
     let geometric = V3::from(normal.as_vec3());
@@ -60,7 +60,7 @@ mod tests {
         let direction = V3::new(0.1, 0.2, -1.0);
         let single = surface::on_triangle(CORNERS.map(|corner| V3::from(corner.as_vec3())), 0.25, 0.5, direction);
         let double = on_triangle(CORNERS, 0.25, 0.5, direction.into());
-        let close = |a: V3<f32>, b: V3<f32>, by: f32| Vec3::from(a - b).length() < by;
+        let close = |a: V3, b: V3, by: f32| Vec3::from(a - b).length() < by;
         assert!(close(single.origin, double.origin.high, 4e-5));
         assert!(close(single.geometric, double.geometric, 1e-6) && close(single.normal, double.normal, 1e-6));
         let center = DVec3::new(-1.0, 0.5, 2.0);

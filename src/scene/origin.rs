@@ -1,6 +1,6 @@
 //! Where rays leave, in single or in double precision.
 
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use glam::{DVec3, Vec3};
 
 /// A point in single precision, or in double precision as the sum of two numbers for each axis: 48 bits, and so that tables of 32-bit
@@ -8,9 +8,9 @@ use glam::{DVec3, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
     /// The point, rounded.
-    pub high: V3<f32>,
+    pub high: V3,
     /// What rounding left, itself rounded; `None` in single precision.
-    pub low: Option<V3<f32>>,
+    pub low: Option<V3>,
 }
 
 impl Origin {
@@ -29,9 +29,9 @@ impl Origin {
     }
 }
 
-impl From<V3<f32>> for Origin {
+impl From<V3> for Origin {
     #[inline(always)]
-    fn from(high: V3<f32>) -> Origin {
+    fn from(high: V3) -> Origin {
         Origin { high, low: None }
     }
 }

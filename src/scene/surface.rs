@@ -1,7 +1,7 @@
 //! The point where a ray meets a surface: position, normals, and how far rounding may have moved it.
 
 use super::origin::Origin;
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::v3::V3;
 use glam::{DVec3, Vec3};
 
 /// Bound on the relative rounding error of a position built from a few products and sums, with room to spare: 32 half
@@ -10,20 +10,20 @@ use glam::{DVec3, Vec3};
 /// size of the scene.
 pub const ROUNDING: f32 = 32.0 * (f32::EPSILON * 0.5);
 
-/// A point of a surface, seen from a ray. `O` says where rays leave: four points at once, or one in either precision.
+/// A point of a surface, seen from a ray. `O` says where rays leave: in single precision, or in either.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint<F, O = V3<F>> {
+pub struct SurfacePoint<O = V3> {
     /// Where rays leave: off the surface by the rounding error, to the side that the ray came from.
     pub origin: O,
     /// Unit geometric normal, on the side that the ray came from.
-    pub geometric: V3<F>,
+    pub geometric: V3,
     /// Unit shading normal, on the side that the ray came from.
-    pub normal: V3<F>,
+    pub normal: V3,
 }
 
-impl From<SurfacePoint<f32>> for SurfacePoint<f32, Origin> {
+impl From<SurfacePoint> for SurfacePoint<Origin> {
     #[inline(always)]
-    fn from(point: SurfacePoint<f32>) -> Self {
+    fn from(point: SurfacePoint) -> Self {
         SurfacePoint { origin: point.origin.into(), geometric: point.geometric, normal: point.normal }
     }
 }
@@ -33,7 +33,7 @@ impl From<SurfacePoint<f32>> for SurfacePoint<f32, Origin> {
 /// The position comes from the corners, not from origin + t·direction: its error is a few units in the last place of the
 /// corners, however long the ray was.
 #[inline(always)]
-pub fn on_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> SurfacePoint<f32> {
+pub fn on_triangle(corners: [V3; 3], u: f32, v: f32, direction: V3) -> SurfacePoint {
     match on_broad_triangle(corners, u, v, direction) {
         (point, true) => point,
         _ => on_narrow_triangle(corners, u, v, direction),
@@ -42,7 +42,7 @@ pub fn on_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) ->
 
 /// The same without branches, for loops over many; and whether the triangle is broad enough for that.
 #[inline(always)]
-pub fn on_broad_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> (SurfacePoint<f32>, bool) {
+pub fn on_broad_triangle(corners: [V3; 3], u: f32, v: f32, direction: V3) -> (SurfacePoint, bool) {
     let (normal, _, broad) = normal_if_broad(corners);
     (leaving(corners, [u, v], facing(normal, direction), 0.0), broad)
 }
@@ -52,14 +52,14 @@ pub fn on_broad_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f3
 /// last place of their distance.
 #[cold]
 #[inline(never)]
-pub fn on_narrow_triangle(corners: [V3<f32>; 3], u: f32, v: f32, direction: V3<f32>) -> SurfacePoint<f32> {
+pub fn on_narrow_triangle(corners: [V3; 3], u: f32, v: f32, direction: V3) -> SurfacePoint {
     let (_, size, _) = normal_if_broad(corners);
     leaving(corners, [u, v], facing(narrow_normal(corners), direction), size)
 }
 
 /// Where rays leave a triangle on the side of `geometric`; the sizes of its edges count, if it is narrow.
 #[inline(always)]
-fn leaving([a, b, c]: [V3<f32>; 3], [u, v]: [f32; 2], geometric: V3<f32>, narrow: f32) -> SurfacePoint<f32> {
+fn leaving([a, b, c]: [V3; 3], [u, v]: [f32; 2], geometric: V3, narrow: f32) -> SurfacePoint {
     let w = 1.0 - u - v;
     let position = a * w + b * u + c * v;
     let reach = a.abs() * w.abs() + b.abs() * u.abs() + c.abs() * v.abs();
@@ -73,8 +73,8 @@ fn leaving([a, b, c]: [V3<f32>; 3], [u, v]: [f32; 2], geometric: V3<f32>, narrow
 /// to it that the next ray's intersection test computes is wrong by a few units in the last place of the floor's extent. (With
 /// the share along the normal alone, the floor of a Cornell box lay in its own shadow: 1 % of the image's mean was lost.)
 #[inline(always)]
-pub fn offset<F: Lanes>(reach: V3<F>) -> F {
-    (reach.x + reach.y + reach.z) * F::splat(ROUNDING)
+pub fn offset(reach: V3) -> f32 {
+    (reach.x + reach.y + reach.z) * ROUNDING
 }
 
 /// Least square of the sine between a triangle's edges, scaled to a largest component of 1 (so their lengths are 1 to √3), for which
@@ -83,7 +83,7 @@ const BROAD: f32 = 1.0 / 16.0;
 
 /// Unit normal of a triangle by its winding. Narrow triangles get theirs in f64; those without area, any that is perpendicular to them.
 #[inline(always)]
-pub fn triangle_normal(corners: [V3<f32>; 3]) -> V3<f32> {
+pub fn triangle_normal(corners: [V3; 3]) -> V3 {
     match normal_if_broad(corners) {
         (normal, _, true) => normal,
         _ => narrow_normal(corners),
@@ -93,7 +93,7 @@ pub fn triangle_normal(corners: [V3<f32>; 3]) -> V3<f32> {
 /// The normal, the sizes of two edges together, and whether the triangle is broad enough for that normal. The edges are scaled first: products of
 /// tiny edges would underflow, and those of huge ones overflow.
 #[inline(always)]
-fn normal_if_broad([a, b, c]: [V3<f32>; 3]) -> (V3<f32>, f32, bool) {
+fn normal_if_broad([a, b, c]: [V3; 3]) -> (V3, f32, bool) {
     let (e1, e2) = (b - a, c - a);
     let (size1, size2) = (e1.abs().max_component(), e2.abs().max_component());
     let e1 = e1 * (1.0 / size1);
@@ -107,7 +107,7 @@ fn normal_if_broad([a, b, c]: [V3<f32>; 3]) -> (V3<f32>, f32, bool) {
 /// The normal of a narrow triangle, computed in f64.
 #[cold]
 #[inline(never)]
-fn narrow_normal(corners: [V3<f32>; 3]) -> V3<f32> {
+fn narrow_normal(corners: [V3; 3]) -> V3 {
     let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
     let across = || {
         let edges = [b - a, c - b, a - c];
@@ -126,12 +126,12 @@ fn narrow_normal(corners: [V3<f32>; 3]) -> V3<f32> {
 ///
 /// A sphere smaller than a unit in the last place of its centre may have its centre hit: the ray is turned back then.
 #[inline(always)]
-pub fn on_sphere<F: Lanes>(center: V3<F>, radius: F, hit: V3<F>, direction: V3<F>) -> SurfacePoint<F> {
+pub fn on_sphere(center: V3, radius: f32, hit: V3, direction: V3) -> SurfacePoint {
     let from_center = hit - center;
-    let off_center = from_center.abs().max_component().gt(F::splat(0.0));
+    let off_center = from_center.abs().max_component() > 0.0;
     let outward = V3::select(off_center, from_center, -direction);
     // Scaled first, as squares of tiny and of huge radii are out of range.
-    let outward = (outward * (F::splat(1.0) / outward.abs().max_component())).normalize();
+    let outward = (outward * (1.0 / outward.abs().max_component())).normalize();
     let geometric = facing(outward, direction);
     let position = center + outward * radius;
     let reach = center.abs() + outward.abs() * radius;
@@ -142,28 +142,28 @@ pub fn on_sphere<F: Lanes>(center: V3<F>, radius: F, hit: V3<F>, direction: V3<F
 /// The shading normal: corner normals interpolated, turned to the side of the geometric one. Where they are missing (zero)
 /// or cancel, the geometric normal serves.
 #[inline(always)]
-pub fn shading_normal<F: Lanes>(normals: [V3<F>; 3], u: F, v: F, geometric: V3<F>) -> V3<F> {
+pub fn shading_normal(normals: [V3; 3], u: f32, v: f32, geometric: V3) -> V3 {
     let [a, b, c] = normals;
-    let sum = a * (F::splat(1.0) - u - v) + b * u + c * v;
+    let sum = a * (1.0 - u - v) + b * u + c * v;
     let squared = sum.dot(sum);
-    let usable = squared.gt(F::splat(1e-12));
-    let unit = sum * (F::splat(1.0) / squared.sqrt());
+    let usable = squared > 1e-12;
+    let unit = sum * (1.0 / squared.sqrt());
     let towards = unit.dot(geometric);
-    let turned = V3::select(towards.lt(F::splat(0.0)), -unit, unit);
+    let turned = V3::select(towards < 0.0, -unit, unit);
     V3::select(usable, turned, geometric)
 }
 
 /// `normal`, turned against `direction`.
 #[inline(always)]
-fn facing<F: Lanes>(normal: V3<F>, direction: V3<F>) -> V3<F> {
-    V3::select(normal.dot(direction).gt(F::splat(0.0)), -normal, normal)
+fn facing(normal: V3, direction: V3) -> V3 {
+    V3::select(normal.dot(direction) > 0.0, -normal, normal)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn v(x: f32, y: f32, z: f32) -> V3<f32> {
+    fn v(x: f32, y: f32, z: f32) -> V3 {
         V3::new(x, y, z)
     }
 
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn narrow_triangles_have_exact_normals_and_empty_ones_any() {
-        let exact = |corners: [V3<f32>; 3]| {
+        let exact = |corners: [V3; 3]| {
             let [a, b, c] = corners.map(|corner| glam::Vec3::from(corner).as_dvec3());
             (b - a).cross(c - a).normalize()
         };

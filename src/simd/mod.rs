@@ -1,6 +1,6 @@
 //! Instruction-set tiers, and the home of `unsafe` (but for calls into C libraries, [`crate::peer`]).
 //!
-//! A kernel is written once, as a plain `#[inline(always)]` body over [`glam::Vec4`]. [`Tier::run`] compiles
+//! A kernel is written once, as a plain `#[inline(always)]` body: loops that the compiler makes vectors of, or [`glam::Vec4`]. [`Tier::run`] compiles
 //! that body once for each tier and calls the one asked for; it is meant to be called once a batch, never once
 //! a ray. The compiler fuses and reorders nothing by itself, so all tiers give the same bits.
 

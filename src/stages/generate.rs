@@ -8,6 +8,7 @@
 //! | produces | one row a sample |
 //! | cost | 12 words written a row for a diffuse scene |
 
+pub use super::aim::ROWS;
 use super::aim::aim;
 use super::{Context, Stage};
 use crate::sampling::random::Dimensions;
@@ -113,7 +114,7 @@ impl Kernel for Generate<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::lanes::V3;
+    use crate::sampling::v3::V3;
     use crate::stages::tests::Fixture;
     use crate::wave::Wave;
 
@@ -142,7 +143,7 @@ mod tests {
                 assert_eq!(wave.paths.slot[row] as usize, row);
                 // The scalar twin: the same camera ray, to the bit.
                 let [u, v, ..] = context.sampler.draw(span.pixel, index, Dimensions::CAMERA);
-                let d: V3<f32> = context.lens.direction(span.x as f32 + u, span.y as f32 + v);
+                let d: V3 = context.lens.direction(span.x as f32 + u, span.y as f32 + v);
                 assert_eq!([d.x, d.y, d.z], [wave.paths.dx[row], wave.paths.dy[row], wave.paths.dz[row]]);
                 assert_eq!(wave.paths.beta_g[row], 1.0);
             }

@@ -15,8 +15,8 @@
 use super::aim::aim;
 use super::{Context, Stage};
 use crate::bvh::{Accel, HitColumnsMut, Query, RayColumns, TraversalCounts};
-use crate::sampling::lanes::V3;
 use crate::sampling::random::Dimensions;
+use crate::sampling::v3::V3;
 use crate::simd::Kernel;
 use crate::transport::emission;
 use crate::wave::features::Features;
@@ -140,7 +140,7 @@ mod tests {
                     for ray in 0..rays {
                         let [u, v, ..] =
                             context.sampler.draw(pixel, context.sampler.part(index, rays, ray), Dimensions::LAMPS);
-                        let direction: V3<f32> = context.lens.direction(x as f32 + u, y as f32 + v);
+                        let direction: V3 = context.lens.direction(x as f32 + u, y as f32 + v);
                         let hit = context.accel.single().closest_hit(&Ray::new(context.lens.origin, direction.into()));
                         let origin = V3::from(context.lens.origin).into();
                         let found = emission(context.scene, &hit, origin, direction);

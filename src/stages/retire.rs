@@ -57,7 +57,6 @@ mod tests {
     use super::*;
     use crate::film::tile::{FilmLayout, tiles};
     use crate::options::Cell;
-    use crate::wave::columns::padded;
 
     /// However the samples of a pixel are cut into spans, the film holds the same bits.
     #[test]
@@ -67,7 +66,7 @@ mod tests {
         let value = |pixel: u32, index: u32| (pixel as f32 + 1.3) / (index as f32 + 0.7);
         let film = |cut: u32| {
             let mut film = tiles(cell, layout);
-            let mut samples = Samples::allocate(padded(300), Features::TRANSPORT);
+            let mut samples = Samples::allocate(300, Features::TRANSPORT);
             for first in (0..100).step_by(cut as usize) {
                 let count = cut.min(100 - first);
                 let spans: Vec<Span> =

@@ -15,7 +15,7 @@
 //! which reads all, gains more. Keeping the order keeps what coherence the pixels' order gave.
 
 use super::{Context, Stage};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;
 use crate::wave::samples::Samples;

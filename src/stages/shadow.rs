@@ -12,7 +12,7 @@
 
 use super::{Context, Stage};
 use crate::bvh::{Accel, Query, TraversalCounts};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::transport::emission;
 use crate::wave::features::Features;
 use crate::wave::hits::Hits;

@@ -6,7 +6,7 @@
 use crate::bvh::double::triangle;
 use crate::bvh::ray::Hit;
 use crate::bvh::{first_root, sphere_roots};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::double::{on_sphere, on_triangle, triangle_normal};
 use crate::scene::origin::Origin;
 use crate::scene::shapes::Shapes;
@@ -14,7 +14,7 @@ use crate::scene::surface::{SurfacePoint, shading_normal};
 use glam::{DVec3, Vec3};
 
 /// The surface at a hit of a ray from `origin`.
-pub fn surface_at(shapes: &Shapes, hit: &Hit, origin: DVec3, direction: Vec3) -> SurfacePoint<f32, Origin> {
+pub fn surface_at(shapes: &Shapes, hit: &Hit, origin: DVec3, direction: Vec3) -> SurfacePoint<Origin> {
     let Some((center, radius)) = sphere(shapes, hit.prim) else {
         let corners = shapes.corners_in_double(hit.prim);
         let crossing = triangle::cross(&triangle::Sheared::new(origin, direction.as_dvec3()), corners);
@@ -30,7 +30,7 @@ pub fn surface_at(shapes: &Shapes, hit: &Hit, origin: DVec3, direction: Vec3) ->
 }
 
 /// Unit normal of the front side at a hit.
-pub fn outward_normal(shapes: &Shapes, hit: &Hit, origin: DVec3, direction: Vec3) -> V3<f32> {
+pub fn outward_normal(shapes: &Shapes, hit: &Hit, origin: DVec3, direction: Vec3) -> V3 {
     let normal = match sphere(shapes, hit.prim) {
         None => triangle_normal(shapes.corners_in_double(hit.prim)),
         Some((center, radius)) => {

@@ -6,54 +6,54 @@
 //! ρ_i · p_i(y) / Σ_k p_k(y) · L(y) to pixel i, where L(y) is the radiance that y was found to scatter; the sum is over all first vertices that
 //! see y. As diffuse surfaces draw directions by cosine, f·cos θ is ρ_i · p_i exactly, so no contribution exceeds ρ_i · L.
 
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::v3::V3;
 
 /// Most pixels that share paths.
 pub const MOST_PIXELS: u32 = 64;
 
 /// A first vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct First<F> {
+pub struct First {
     /// Where rays leave it.
-    pub origin: V3<F>,
+    pub origin: V3,
     /// Unit geometric normal, on the side of the arriving ray.
-    pub geometric: V3<F>,
+    pub geometric: V3,
     /// Unit shading normal, on the same side.
-    pub normal: V3<F>,
+    pub normal: V3,
 }
 
 /// A second vertex.
 #[derive(Clone, Copy, Debug)]
-pub struct Second<F> {
+pub struct Second {
     /// Where rays leave it.
-    pub origin: V3<F>,
+    pub origin: V3,
     /// Unit geometric normal, on the side of the arriving ray.
-    pub geometric: V3<F>,
+    pub geometric: V3,
 }
 
 /// The way from a second vertex to a first one.
 #[derive(Clone, Copy, Debug)]
-pub struct Link<F> {
+pub struct Link {
     /// From end to end.
-    pub way: V3<F>,
+    pub way: V3,
     /// The density, per area and but for a constant, with which paths that leave the first vertex come to the second, were nothing between
     /// them; 0 where one faces away from the other.
-    pub density: F,
+    pub density: f32,
 }
 
 /// Links `second` to `first`. Densities are per area in units of `scale`, and can be compared only if that is the same: with a length of
 /// the order of those at hand, no square is out of range.
 #[inline(always)]
-pub fn link<F: Lanes>(first: First<F>, second: Second<F>, scale: F) -> Link<F> {
-    let zero = F::splat(0.0);
+pub fn link(first: First, second: Second, scale: f32) -> Link {
     let way = first.origin - second.origin;
-    let scaled = way * (F::splat(1.0) / scale);
+    let scaled = way * (1.0 / scale);
     let squared = scaled.dot(scaled);
     let leaves = -scaled.dot(first.normal);
     let arrives = scaled.dot(second.geometric);
     // Nothing is greater than NaN: vertices in one place are not linked.
-    let sees = leaves.gt(zero) & (-scaled.dot(first.geometric)).gt(zero) & arrives.gt(zero);
-    Link { way, density: F::select(sees, leaves * arrives / (squared * squared), zero) }
+    let sees = (leaves > 0.0) & (-scaled.dot(first.geometric) > 0.0) & (arrives > 0.0);
+    let density = leaves * arrives / (squared * squared);
+    Link { way, density: if sees { density } else { 0.0 } }
 }
 
 #[cfg(test)]
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use crate::material::diffuse;
 
-    fn v(x: f32, y: f32, z: f32) -> V3<f32> {
+    fn v(x: f32, y: f32, z: f32) -> V3 {
         V3::new(x, y, z)
     }
 

@@ -25,14 +25,6 @@ impl ColumnInfo {
     pub const BYTES: usize = 4;
 }
 
-/// Rows a column is padded to, so that a kernel may touch whole SIMD vectors.
-pub const PADDING: usize = 16;
-
-/// `rows`, padded.
-pub fn padded(rows: usize) -> usize {
-    rows.next_multiple_of(PADDING)
-}
-
 /// Declares a table of columns.
 macro_rules! columns {
     (
@@ -59,7 +51,6 @@ macro_rules! columns {
 
             /// Room for `rows` rows of the columns that `features` require; the others stay empty.
             pub fn allocate(rows: usize, features: $crate::wave::features::Features) -> Self {
-                let rows = $crate::wave::columns::padded(rows);
                 $Table {
                     $($field: $crate::wave::columns::Aligned::zeroed(if features.has($requires) { rows } else { 0 }),)*
                 }

@@ -2,7 +2,7 @@
 
 use super::columns::columns;
 use super::features::Features;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::origin::Origin;
 
 columns! {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::origin::Origin;
 use crate::scene::shapes::{Geometry, NO_LIGHT, Shapes, Sphere, SphereInDouble};
 use glam::Vec3;

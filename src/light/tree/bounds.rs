@@ -4,7 +4,7 @@
 //! from arithmetic and polynomials, so that a tree is the same on every machine.
 
 use crate::sampling::angle::{angle_of, sin_cos};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI};
 

@@ -1,35 +1,22 @@
 //! A tree of emitters: picks one in proportion to a bound of the light that it sends to a point.
 //!
 //! Conty Estevez & Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*, 2018; with the importance of Pharr, Jakob &
-//! Humphreys, *Physically Based Rendering* (4th ed.), §12.6.3. Here nodes have four children, whose importance is computed four at a time.
+//! Humphreys, *Physically Based Rendering* (4th ed.), §12.6.3. Here nodes have four children, whose importance is computed at once (`node.rs`).
 //! An emitter is a part of a light: a parallelogram, a sphere, or one triangle of a mesh.
 
 mod bounds;
 mod build;
+mod node;
 
 use super::shape::LightShape;
 use super::{Light, luminance};
-use crate::sampling::lanes::{Lanes, V3};
+use crate::sampling::v3::V3;
 use bounds::LightBounds;
 use build::{Binary, Item};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
+use node::{Asking, Node};
 use std::f32::consts::PI;
 use std::fmt;
-
-/// Up to four groups of emitters, one a lane. Places are in units of the radius of all emitters, from their middle.
-#[derive(Clone, Copy)]
-struct Node {
-    center: V3<Vec4>,
-    /// Square of the radius of the bounding sphere.
-    radius2: Vec4,
-    axis: V3<Vec4>,
-    cos: Vec4,
-    sin: Vec4,
-    /// Share of the power; 0 in lanes without a group.
-    power: Vec4,
-    /// The node that opens the group, or `EMITTER` and the emitter.
-    link: [u32; 4],
-}
 
 /// The bit of a link that leads to an emitter.
 const EMITTER: u32 = 1 << 31;
@@ -140,12 +127,12 @@ impl LightTree {
     /// number in [0, 1) is enough: what a choice leaves of it serves the next. It has to have more digits than a
     /// level uses up, hence double precision.
     #[inline(always)]
-    pub fn pick(&self, from: V3<f32>, normal: V3<f32>, mut u: f64) -> Option<Picked> {
-        let (at, normal) = self.seen(from, normal);
+    pub fn pick(&self, from: V3, normal: V3, mut u: f64) -> Option<Picked> {
+        let asking = self.asking(from, normal);
         let mut node = self.nodes.first()?;
         let mut probability = 1.0;
         loop {
-            let weights = node.importance(at, normal).to_array();
+            let weights = node.importance(&asking);
             let two = weights[0] + weights[1];
             let sums = [weights[0], two, two + weights[2], two + weights[2] + weights[3]];
             let total = sums[3];
@@ -170,13 +157,13 @@ impl LightTree {
 
     /// The probability with which [`LightTree::pick`] picks a part of a light.
     #[inline(always)]
-    pub fn probability(&self, light: usize, part: u32, from: V3<f32>, normal: V3<f32>) -> f32 {
-        let (at, normal) = self.seen(from, normal);
+    pub fn probability(&self, light: usize, part: u32, from: V3, normal: V3) -> f32 {
+        let asking = self.asking(from, normal);
         let mut place = self.places[(self.first[light] + part) as usize];
         let mut probability = if place == NOWHERE { 0.0 } else { 1.0 };
         while place != NOWHERE && probability > 0.0 {
             let (node, lane) = ((place / 4) as usize, (place % 4) as usize);
-            let weights = self.nodes[node].importance(at, normal).to_array();
+            let weights = self.nodes[node].importance(&asking);
             let total = weights[0] + weights[1] + weights[2] + weights[3];
             probability *= if total > 0.0 && total.is_finite() { weights[lane] / total } else { 0.0 };
             place = self.parents[node];
@@ -186,9 +173,8 @@ impl LightTree {
 
     /// A point and a normal, as nodes are tested with.
     #[inline(always)]
-    fn seen(&self, from: V3<f32>, normal: V3<f32>) -> (V3<Vec4>, V3<Vec4>) {
-        let at = (from - self.center.into()) * self.scale;
-        (V3::splat(at.into()), V3::splat(normal.into()))
+    fn asking(&self, from: V3, normal: V3) -> Asking {
+        Asking::new((from - self.center.into()) * self.scale, normal)
     }
 }
 
@@ -196,67 +182,6 @@ impl fmt::Debug for LightTree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "LightTree of {} emitters in {} nodes", self.emitters.len(), self.nodes.len())
     }
-}
-
-impl Node {
-    fn new<'a>(groups: impl Iterator<Item = &'a LightBounds>, middle: Vec3, scale: f32) -> Node {
-        let mut lanes = [[0.0f32; 10]; 4];
-        for (lane, group) in lanes.iter_mut().zip(groups) {
-            let center = (group.center() - middle) * scale;
-            // A little more, so that rounding excludes nothing.
-            let radius = group.radius() * scale * 1.0001 + 1e-6;
-            let (sin, cos) = crate::sampling::angle::sin_cos((group.angle + 1e-4).min(PI));
-            let Vec3 { x, y, z } = group.axis;
-            *lane = [center.x, center.y, center.z, radius * radius, x, y, z, cos, sin, group.power];
-        }
-        let of = |field: usize| Vec4::from_array(lanes.map(|lane| lane[field]));
-        Node {
-            center: V3::new(of(0), of(1), of(2)),
-            radius2: of(3),
-            axis: V3::new(of(4), of(5), of(6)),
-            cos: of(7),
-            sin: of(8),
-            power: of(9),
-            link: [NOWHERE; 4],
-        }
-    }
-
-    /// Power over squared distance, times bounds of the cosines at the light and at the surface; 0 only where nothing arrives.
-    #[inline(always)]
-    fn importance(&self, at: V3<Vec4>, normal: V3<Vec4>) -> Vec4 {
-        let (zero, one) = (Vec4::ZERO, Vec4::ONE);
-        let way = at - self.center;
-        let squared = way.dot(way);
-        let away = way * (one / Lanes::sqrt(Lanes::max(squared, Vec4::splat(f32::MIN_POSITIVE))));
-        // The angle that the bounding sphere fills; from inside, all.
-        let sin2 = self.radius2 / squared;
-        let outside = Lanes::lt(sin2, one);
-        let fill = [
-            Lanes::select(outside, Lanes::sqrt(sin2), zero),
-            Lanes::select(outside, Lanes::sqrt(Lanes::max(one - sin2, zero)), -one),
-        ];
-        let cos_light = away.dot(self.axis);
-        let [_, cos_light] = less(less([root(cos_light), cos_light], [self.sin, self.cos]), fill);
-        let cos_surface = -away.dot(normal);
-        let [_, cos_surface] = less([root(cos_surface), cos_surface], fill);
-        let bound = Lanes::max(cos_light, zero) * Lanes::max(cos_surface, zero);
-        self.power * bound / Lanes::max(squared, self.radius2)
-    }
-}
-
-/// √(1 − x²).
-#[inline(always)]
-fn root(x: Vec4) -> Vec4 {
-    Lanes::sqrt(Lanes::max(Vec4::ONE - x * x, Vec4::ZERO))
-}
-
-/// Sine and cosine of a − b, or of 0 where b is the larger; both from 0 to π.
-#[inline(always)]
-fn less([sin_a, cos_a]: [Vec4; 2], [sin_b, cos_b]: [Vec4; 2]) -> [Vec4; 2] {
-    let larger = Lanes::gt(cos_a, cos_b);
-    let sin = Lanes::select(larger, Vec4::ZERO, sin_a * cos_b - cos_a * sin_b);
-    let cos = Lanes::select(larger, Vec4::ONE, cos_a * cos_b + sin_a * sin_b);
-    [sin, cos]
 }
 
 /// Bounds of one emitter, its power as a share of `total`.

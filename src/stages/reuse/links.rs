@@ -1,7 +1,7 @@
 //! Ways from second vertices to the first vertices of a block, and what comes along them.
 
 use crate::bvh::RayColumns;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::simd::Kernel;
 use crate::transport::reuse::{First, Link, MOST_PIXELS, Second, link};
 use crate::wave::samples::Samples;
@@ -94,7 +94,7 @@ impl<'a> Links<'a> {
 }
 
 /// Adds what arrives at the first vertex of a slot and is scattered there.
-fn add(vertices: &mut Vertices, slot: usize, arriving: V3<f32>) {
+fn add(vertices: &mut Vertices, slot: usize, arriving: V3) {
     vertices.direct_r[slot] += vertices.albedo_r[slot] * arriving.x;
     vertices.direct_g[slot] += vertices.albedo_g[slot] * arriving.y;
     vertices.direct_b[slot] += vertices.albedo_b[slot] * arriving.z;
@@ -159,7 +159,7 @@ impl Firsts {
     }
 
     #[inline(always)]
-    fn first(&self, i: usize) -> First<f32> {
+    fn first(&self, i: usize) -> First {
         let [ox, oy, oz, gx, gy, gz, nx, ny, nz] = &self.columns;
         First {
             origin: V3::new(ox[i], oy[i], oz[i]),
@@ -170,7 +170,7 @@ impl Firsts {
 
     /// Appends the ways of `second`, which the path of row `own` has found.
     #[inline(always)]
-    fn link(&self, own: usize, second: Second<f32>, links: &mut Links) {
+    fn link(&self, own: usize, second: Second, links: &mut Links) {
         let scale = (self.first(own).origin - second.origin).abs().max_component();
         let (mut ways, mut density) = ([[0.0; BLOCK]; 3], [0.0; BLOCK]);
         let len = self.len.min(BLOCK);

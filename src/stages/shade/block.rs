@@ -4,8 +4,8 @@
 //! wide as the instruction set has. Four rows at a time, spelt out, took 1.03 to 1.1 times as long to render.
 
 use super::In;
-use crate::sampling::lanes::V3;
 use crate::sampling::sampler::Sampler;
+use crate::sampling::v3::V3;
 use crate::stages::Context;
 use crate::transport::Vertex;
 use crate::wave::features::Features;
@@ -58,7 +58,7 @@ pub struct Block {
     /// Four random numbers.
     pub random: [Column; 4],
     /// Rows of the block that hit a sphere, and the point they hit.
-    pub spheres: [(u32, V3<f32>); ROWS],
+    pub spheres: [(u32, V3); ROWS],
     /// How many of those.
     pub sphere_count: usize,
 }
@@ -152,7 +152,7 @@ impl Block {
 
     /// One row, as the estimator sees it.
     #[inline(always)]
-    pub fn vertex(&self, i: usize) -> Vertex<f32> {
+    pub fn vertex(&self, i: usize) -> Vertex {
         Vertex {
             beta: get(&self.beta, i),
             albedo: get(&self.albedo, i),
@@ -172,12 +172,12 @@ impl Block {
 
 /// Reads one row of a vector column.
 #[inline(always)]
-pub fn get([x, y, z]: &Column3, i: usize) -> V3<f32> {
+pub fn get([x, y, z]: &Column3, i: usize) -> V3 {
     V3::new(x[i], y[i], z[i])
 }
 
 /// Writes one row of a vector column.
 #[inline(always)]
-pub fn set([x, y, z]: &mut Column3, i: usize, value: V3<f32>) {
+pub fn set([x, y, z]: &mut Column3, i: usize, value: V3) {
     (x[i], y[i], z[i]) = (value.x, value.y, value.z);
 }

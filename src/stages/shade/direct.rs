@@ -4,7 +4,7 @@ use super::block::{Block, Outgoing, ROWS, get, set};
 use crate::light::shape::LightShape;
 use crate::light::{Light, LightSample};
 use crate::options::LightSampling;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::stages::Context;
 use crate::transport::{Asked, Sampled, hemisphere_sample, light_contribution};
 use crate::wave::features::Features;
@@ -95,7 +95,7 @@ fn all_rows(
     block: &Block,
     (light, rate): (&Light, f32),
     rays: &mut Outgoing,
-    sample: impl Fn(V3<f32>, V3<f32>, f32, f32) -> LightSample<f32>,
+    sample: impl Fn(V3, V3, f32, f32) -> LightSample,
 ) {
     let transport = &context.transport;
     let light = Sampled { radiance: V3::from(light.radiance), rate };

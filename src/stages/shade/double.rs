@@ -2,7 +2,7 @@
 
 use super::In;
 use super::block::{Block, get, set};
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::origin::Origin;
 use crate::stages::Context;
 use crate::transport::surface_at;

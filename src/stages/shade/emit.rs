@@ -1,7 +1,7 @@
 //! Emission, and the queue of rows that scatter.
 
 use super::In;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::scene::shapes::NO_LIGHT;
 use crate::stages::Context;
 use crate::transport::{Left, emission};

@@ -2,7 +2,7 @@
 
 use super::In;
 use super::block::Block;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::stages::Context;
 use crate::transport::{normal_color, surface_at};
 use crate::wave::features::Features;
@@ -41,7 +41,7 @@ pub fn run(context: &Context, n: usize, input: &In, samples: &mut Samples, block
     }
 }
 
-/// Records the normals of a block's rows, which were computed four at a time.
+/// Records the normals of a block's rows, which were computed as blocks are.
 #[inline(always)]
 pub fn normals(block: &Block, samples: &mut Samples) {
     let [x, y, z] = &block.normal;

@@ -31,6 +31,7 @@ use crate::wave::samples::Samples;
 use crate::wave::shadows::Shadows;
 use crate::wave::vertices::Vertices;
 use ahead::Ahead;
+pub use block::ROWS;
 use block::{Block, Outgoing};
 use bumpalo::Bump;
 

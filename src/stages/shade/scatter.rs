@@ -2,7 +2,7 @@
 
 use super::block::{Block, Outgoing, ROWS, get, set};
 use crate::material::diffuse;
-use crate::sampling::lanes::V3;
+use crate::sampling::v3::V3;
 use crate::stages::Context;
 use crate::wave::features::Features;
 use crate::wave::paths::Paths;

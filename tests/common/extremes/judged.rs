@@ -7,7 +7,7 @@ use super::tally::{Row, Tally};
 use crate::common::rays::Random;
 use comber::bvh::ray::{Hit, Ray};
 use comber::peer::embree::library::Device;
-use comber::sampling::lanes::V3;
+use comber::sampling::v3::V3;
 use comber::scene::Scene;
 use comber::scene::origin::Origin;
 use comber::scene::surface::SurfacePoint;
@@ -124,12 +124,12 @@ pub fn judge(
 }
 
 /// Where rays leave a hit, as the renderer has it for rays that start like this.
-pub fn leave(scene: &Scene, from: Origin, ray: &Ray, hit: &Hit) -> SurfacePoint<f32, Origin> {
+pub fn leave(scene: &Scene, from: Origin, ray: &Ray, hit: &Hit) -> SurfacePoint<Origin> {
     transport::surface_at(scene, hit, from, ray.direction.into())
 }
 
 /// A ray that leaves a surface: one in four 89.9999° from the normal, the others anyhow.
-pub fn departing(point: &SurfacePoint<f32, Origin>, random: &mut Random) -> Option<Ray> {
+pub fn departing(point: &SurfacePoint<Origin>, random: &mut Random) -> Option<Ray> {
     let normal = Vec3::from(point.geometric);
     let normal = normal.as_dvec3();
     let mut direction = random.vector().as_dvec3().try_normalize()?;
