@@ -98,7 +98,16 @@ impl Parallelogram {
     /// A point, uniform by solid angle where the rule of `seen` says so.
     #[inline(always)]
     pub fn sample_solid_angle(&self, from: V3, u: f32, v: f32) -> LightSample {
-        let Some((seen, by_solid_angle)) = self.seen(from) else { return self.sample_area(from, u, v) };
+        match &self.rectangle {
+            Some(sides) => self.sample_rectangle(sides, from, u, v),
+            None => self.sample_area(from, u, v),
+        }
+    }
+
+    /// The same of a rectangle with these `sides`, without branches.
+    #[inline(always)]
+    pub fn sample_rectangle(&self, sides: &[(Vec3, f32); 2], from: V3, u: f32, v: f32) -> LightSample {
+        let (seen, by_solid_angle) = self.seen(sides, from);
         let (s, t) = seen.sample(u, v);
         let found = self.sample_area(from, if by_solid_angle { s } else { u }, if by_solid_angle { t } else { v });
         let reaches = by_solid_angle & (found.pdf > 0.0);
@@ -117,22 +126,21 @@ impl Parallelogram {
     }
 
     /// The rectangle as a point sees it, and whether points are drawn by solid angle there. Samples and densities follow the same
-    /// rule. `None` for other parallelograms.
+    /// rule.
     #[inline(always)]
-    fn seen(&self, from: V3) -> Option<(SeenRectangle, bool)> {
-        let [(x, width), (y, height)] = self.rectangle?;
+    fn seen(&self, &[(x, width), (y, height)]: &[(Vec3, f32); 2], from: V3) -> (SeenRectangle, bool) {
         let way = V3::from(self.corner) - from;
         let h = -way.dot(V3::from(self.normal));
         let near = [way.dot(V3::from(x)), way.dot(V3::from(y))];
         let seen = SeenRectangle::new(near, [width, height], h);
-        Some((seen, seen.is_wide(SMALLEST_SOLID_ANGLE)))
+        (seen, seen.is_wide(SMALLEST_SOLID_ANGLE))
     }
 
     /// [`LightSample::reckoned`] of a point at `distance`, seen under `cos` (> 0) to the normal.
     #[inline(always)]
     pub fn pdf(&self, from: V3, distance: f32, cos: f32, how: LightSampling) -> f32 {
-        let seen = if how == LightSampling::SolidAngle { self.seen(from) } else { None };
-        match seen {
+        let sides = self.rectangle.as_ref().filter(|_| how == LightSampling::SolidAngle);
+        match sides.map(|sides| self.seen(sides, from)) {
             Some((seen, true)) => 0.5 / seen.half,
             _ => distance * distance / (cos * self.area),
         }

@@ -78,11 +78,13 @@ fn one_light(context: &Context, block: &Block, asked: (&Light, f32), rays: &mut 
         (LightShape::Parallelogram(p), LightSampling::Corners) => {
             all_rows(context, block, asked, rays, |from, normal, u, v| p.sample_corners(from, normal, u, v));
         }
-        (LightShape::Parallelogram(p), LightSampling::Area) => {
-            all_rows(context, block, asked, rays, |from, _, u, v| p.sample_area(from, u, v));
-        }
-        (LightShape::Parallelogram(p), LightSampling::SolidAngle) => {
-            all_rows(context, block, asked, rays, |from, _, u, v| p.sample_solid_angle(from, u, v));
+        (LightShape::Parallelogram(p), how) => {
+            match p.rectangle.as_ref().filter(|_| how == LightSampling::SolidAngle) {
+                Some(sides) => {
+                    all_rows(context, block, asked, rays, |from, _, u, v| p.sample_rectangle(sides, from, u, v))
+                }
+                None => all_rows(context, block, asked, rays, |from, _, u, v| p.sample_area(from, u, v)),
+            }
         }
         (LightShape::Sphere(s), _) => all_rows(context, block, asked, rays, |from, _, u, v| s.sample(from, u, v)),
         (LightShape::Mesh(_), _) => unreachable!("meshes are sampled row by row"),
