@@ -308,7 +308,7 @@ pub struct FrameArgs {
 }
 
 /// How many samples, and where.
-#[derive(Debug, Default, Args)]
+#[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct SamplingArgs {
     /// Samples a pixel; with -a, the most that a pixel gets.
@@ -364,6 +364,18 @@ pub struct SamplingArgs {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0, u32::MAX),
           allow_negative_numbers = true)]
     pub seed: u32,
+}
+
+impl Default for SamplingArgs {
+    /// What the command line means that says nothing of it.
+    fn default() -> SamplingArgs {
+        #[derive(Parser)]
+        struct Alone {
+            #[command(flatten)]
+            sampling: SamplingArgs,
+        }
+        Alone::parse_from([""]).sampling
+    }
 }
 
 /// Which light is simulated, and how.

@@ -18,9 +18,11 @@ pub struct Around {
 impl Around {
     /// Of these lights; `None` if they are many, or too large for their squares.
     pub fn new(lights: &[Light]) -> Option<Around> {
+        if lights.len() > MOST {
+            return None;
+        }
         let spheres: SmallVec<_> = lights.iter().map(|light| sphere(&light.shape)).collect();
-        let usable = |&(_, squared): &(Vec3, f32)| squared < f32::MAX;
-        (lights.len() <= MOST && spheres.iter().all(usable)).then_some(Around { spheres })
+        spheres.iter().all(|&(_, squared)| squared < f32::MAX).then_some(Around { spheres })
     }
 
     /// Whether a ray of unit direction surely misses every light.

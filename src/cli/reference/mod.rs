@@ -36,7 +36,7 @@ pub fn run(args: ReferenceArgs) -> anyhow::Result<Done> {
             Error::Options(format!("{output}: a reference must end in .exr, which keeps standard errors")).into()
         );
     }
-    let sampling = SamplingArgs { samples: 1, seed: target.seed, reuse: 1, lamp_rays: 1, ..SamplingArgs::default() };
+    let sampling = SamplingArgs { samples: 1, seed: target.seed, ..SamplingArgs::default() };
     let request = RenderRequest::without_outputs(
         args.scene,
         args.frame,
