@@ -76,7 +76,12 @@ fn resolve(path: &Path) -> Result<Target> {
         Ok(found) if found.permissions().readonly() => {
             return refuse(ErrorKind::PermissionDenied, "the existing file is read-only".into());
         }
-        Ok(_) => file = fs::canonicalize(path).map_err(|e| Error::io(path, "write", e))?,
+        Ok(_) => match fs::canonicalize(path) {
+            Ok(real) => file = real,
+            // Somebody has removed it since: as if it had been missing before.
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(Error::io(path, "write", error)),
+        },
         // A missing file is no obstacle; a missing directory is found below.
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(Error::io(path, "write", error)),
