@@ -6,6 +6,7 @@ use super::aabb::Aabb;
 use super::block::TriangleBlock;
 use super::child::Child;
 use super::grid_node4::{Grid, GridNode4};
+use super::grid_node8::{self, GridNode8};
 use super::intersect::Intersect;
 use super::node::Node;
 use super::node4::Node4;
@@ -33,6 +34,8 @@ pub(super) enum Tables {
 #[derive(Clone, Debug)]
 pub struct Bvh4 {
     pub(super) tables: Tables,
+    /// The nodes on a grid, widened: what rays in flight step through.
+    pub(super) wide: Buffer<GridNode8>,
     pub(super) spheres: Buffer<Sphere4>,
     pub(super) bounds: Aabb,
     pub(super) intersection: Intersection,
@@ -45,6 +48,7 @@ impl Default for Bvh4 {
     fn default() -> Self {
         Bvh4 {
             tables: Tables::Full(Buffer::default(), Buffer::default()),
+            wide: Buffer::default(),
             spheres: Buffer::default(),
             bounds: Aabb::EMPTY,
             intersection: Intersection::default(),
@@ -96,7 +100,7 @@ impl Bvh4 {
     /// Memory of nodes and blocks.
     pub fn bytes(&self) -> usize {
         let [nodes, triangles] = self.tables.bytes();
-        nodes.len() + triangles.len() + size_of_val(&self.spheres[..])
+        nodes.len() + triangles.len() + size_of_val(&self.spheres[..]) + size_of_val(&self.wide[..])
     }
 
     /// The boxes of one level: 0 is the whole scene, 1 the root's children, and so on.
@@ -149,6 +153,15 @@ impl Tables {
             Tables::Full(nodes, triangles) => [bytemuck::cast_slice(nodes), bytemuck::cast_slice(triangles)],
             Tables::Grid(nodes, _, triangles) => [bytemuck::cast_slice(nodes), bytemuck::cast_slice(triangles)],
             Tables::Compact(nodes, _, triangles) => [bytemuck::cast_slice(nodes), bytemuck::cast_slice(triangles)],
+        }
+    }
+
+    /// The nodes as rays in flight step through them; none but of nodes on a grid.
+    pub fn widened(&self) -> Buffer<GridNode8> {
+        match self {
+            Tables::Full(..) => Buffer::default(),
+            Tables::Grid(nodes, grid, _) => grid_node8::widened(nodes, grid),
+            Tables::Compact(nodes, grid, _) => grid_node8::widened(nodes, grid),
         }
     }
 

@@ -75,6 +75,12 @@ impl Child {
         self.0 & SPHERES != 0
     }
 
+    /// The bits of a child with that of [`Child::is_spheres`] in the highest place.
+    #[inline(always)]
+    pub fn spheres_in_front(bits: u32) -> u32 {
+        bits << 1
+    }
+
     /// Index of the node, for inner nodes.
     #[inline(always)]
     pub fn node(self) -> usize {

@@ -14,9 +14,9 @@ use crate::simd::wide::{Wide, Words};
 /// Four children and their boxes: one cache line.
 ///
 /// Boxes are rounded outwards, and widened by a step of the grid more: that covers the rounding of the box test, which on
-/// every axis errs by less than 0.8 steps for rays from within [`FAR`] of the grid. By term, in steps: 0.51 where 2²³ is
-/// added ([`Wide::grid_low`]); 0.07 each for the origin on the grid, for the distances, for those of the triangle test,
-/// which must be found in the box, and for the two lowest bits of the keys, which name lanes.
+/// every axis errs by less than 0.95 steps for rays from within [`FAR`] of the grid. By term, in steps: 0.57 where 2²³ is
+/// added ([`Wide::grid_low`]); 0.1 for the origin on the grid, which is rounded three times; 0.14 for the distances, whose scale is, and
+/// which are themselves; 0.14 for those of the triangle test, which must be found in the box.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct GridNode4 {
@@ -40,11 +40,8 @@ pub struct Grid {
 
 /// The largest number.
 const LAST: f32 = 65535.0;
-/// How far from the grid's origin a ray may start, in steps, on each axis: four times the grid.
-const FAR: f32 = (1u32 << 18) as f32;
-/// The planes of empty slots: a point that no box of the grid contains.
-const EMPTY: u16 = u16::MAX;
-
+/// How far from the grid's origin a ray may start, in steps, on each axis: eight times the grid.
+const FAR: f32 = (1u32 << 19) as f32;
 impl Grid {
     /// The grid around a scene. `None` if its size does not suit single precision.
     pub fn around(bounds: &Aabb) -> Option<Grid> {
@@ -65,10 +62,16 @@ impl Grid {
         fine(self.step) && fine(self.per_unit) && self.origin.is_finite()
     }
 
+    /// How large the box between these planes is, by axis.
+    pub fn size(&self, planes: [[u16; 2]; 3]) -> [f32; 3] {
+        let steps = Vec3::from_array(planes.map(|[low, high]| f32::from(high) - f32::from(low)));
+        (self.step * steps).to_array()
+    }
+
     /// Rounds a node's boxes outwards. `None` if one does not lie on the grid.
     pub fn node(&self, node: &Node4) -> Option<GridNode4> {
         let boxes: [Option<Aabb>; 4] = std::array::from_fn(|lane| node.child_box(&(), lane));
-        let mut planes = [[[EMPTY; 4]; 2]; 3];
+        let mut planes = [[[GridNode4::EMPTY; 4]; 2]; 3];
         for (lane, aabb) in boxes.iter().enumerate() {
             let Some(aabb) = aabb else { continue };
             let number = |point: Vec3| (point.as_dvec3() - self.origin.as_dvec3()) * self.per_unit.as_dvec3();
@@ -87,6 +90,22 @@ impl Grid {
 }
 
 impl GridNode4 {
+    /// The planes of empty slots: a point that no box of the grid contains.
+    pub const EMPTY: u16 = u16::MAX;
+
+    /// Of four children and their planes, first the axis, then the side.
+    #[cfg(test)]
+    pub fn of(children: [(Child, [[u16; 2]; 3]); 4]) -> GridNode4 {
+        let planes = |axis: usize| [0, 1].map(|side| children.map(|(_, planes)| planes[axis][side]));
+        GridNode4 { planes: [planes(0), planes(1), planes(2)], children: children.map(|(child, _)| child.bits()) }
+    }
+
+    /// The planes of a child, first the axis, then the side; `None` for an empty slot.
+    pub fn numbers(&self, lane: usize) -> Option<[[u16; 2]; 3]> {
+        let numbers = self.planes.map(|axis| axis.map(|side| side[lane]));
+        (numbers[0][0] != Self::EMPTY).then_some(numbers)
+    }
+
     /// The planes of an axis, as vectors take them.
     #[inline(always)]
     fn words(&self, axis: usize) -> &Words {
@@ -96,6 +115,7 @@ impl GridNode4 {
 
 impl Node for GridNode4 {
     type Frame = Grid;
+    const WIDENED: bool = true;
 
     #[inline(always)]
     fn point(grid: &Grid, point: Vec3) -> Vec3 {
@@ -120,15 +140,13 @@ impl Node for GridNode4 {
     }
 
     fn child_box(&self, grid: &Grid, lane: usize) -> Option<Aabb> {
-        let corner = |side: usize| {
-            let numbers = Vec3::from_array(std::array::from_fn(|axis| f32::from(self.planes[axis][side][lane])));
-            grid.origin + grid.step * numbers
-        };
-        (self.planes[0][0][lane] != EMPTY).then(|| Aabb { min: corner(0), max: corner(1) })
+        let numbers = self.numbers(lane)?;
+        let corner = |side: usize| grid.origin + grid.step * Vec3::from_array(numbers.map(|axis| axis[side].into()));
+        Some(Aabb { min: corner(0), max: corner(1) })
     }
 
     fn empty_slots_are_harmless(&self) -> bool {
-        let is_empty = |lane: usize| self.planes[0][0][lane] == EMPTY;
+        let is_empty = |lane: usize| self.planes[0][0][lane] == Self::EMPTY;
         !is_empty(0) && (1..4).all(|lane| !is_empty(lane) || self.children[lane] == self.children[0])
     }
 
@@ -171,7 +189,8 @@ impl Node for GridNode4 {
         let y = pair(wide, y, wide.spread::<1>(scale), wide.spread::<1>(offset));
         let z = wide.gather(|ray| node(ray).words(2));
         let z = pair(wide, z, wide.spread::<2>(scale), wide.spread::<2>(offset));
-        overlap(wide, [x, y, z], wide.spread::<3>(offset), wide.spread::<3>(scale))
+        // From 0 on rather than from `t_min`: what comes before that is told from what counts when it is hit.
+        overlap(wide, [x, y, z], wide.splat(0.0), wide.spread::<3>(scale))
     }
 
     #[inline(always)]

@@ -15,6 +15,7 @@ mod closest;
 mod columns;
 pub(crate) mod double;
 mod grid_node4;
+mod grid_node8;
 mod intersect;
 mod moller_trumbore;
 mod node;

@@ -15,6 +15,9 @@ pub trait Node: Pod + Send + Sync {
     /// What all nodes of a tree share: the space in which their planes are numbers.
     type Frame: Copy + Send + Sync + std::fmt::Debug;
 
+    /// Whether rays in flight step through nodes of eight children, made of these.
+    const WIDENED: bool;
+
     /// A point in that space.
     fn point(frame: &Self::Frame, point: Vec3) -> Vec3;
 

@@ -40,6 +40,7 @@ impl Node4 {
 
 impl Node for Node4 {
     type Frame = ();
+    const WIDENED: bool = false;
 
     #[inline(always)]
     fn point((): &(), point: Vec3) -> Vec3 {

@@ -13,9 +13,6 @@
 //! | CBbunny, 64 samples | 4785 → 3668 | 9.9 → 13.3 | 12.2 → 24.3 |
 //! | the dragon in the Cornell box, 16 samples | 1410 → 1088 | 7.7 → 10.8 | 9.7 → 15.6 |
 //!
-//! The grid of compact nodes spans the whole scene: on the tree's own, the camera starts so far outside that the box test of many
-//! rays does not suit its rays (132 ns a camera ray of the dragon, 68 so).
-//!
 //! A file of the cache holds the tree alone: what stands beside it follows from the scene ([`Parts`]) and is built anew.
 
 use super::aabb::Aabb;
@@ -45,7 +42,7 @@ impl Parted {
     /// Builds both, if the scene is of that kind.
     pub fn build(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Option<Parted>> {
         let Some(parts) = Parts::of(shapes) else { return Ok(None) };
-        let rest = Bvh4::build_of(shapes, &parts.rest, Some(parts.scene), options, tell)?;
+        let rest = Bvh4::build_of(shapes, &parts.rest, options, tell)?;
         Ok(Some(Parted { few: few(shapes, &parts, options)?, rest }))
     }
 
@@ -189,9 +186,9 @@ impl Parted {
     }
 }
 
-/// What stands beside the tree. Its grid spans the scene, as that of the tree does.
+/// What stands beside the tree.
 fn few(shapes: &Shapes, parts: &Parts, options: &AccelOptions) -> Result<Bvh4> {
-    Bvh4::build_of(shapes, &parts.few, Some(parts.scene), options, &|_, _| {})
+    Bvh4::build_of(shapes, &parts.few, options, &|_, _| {})
 }
 
 /// The way past the few. The control goes one by one there, too.

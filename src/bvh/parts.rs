@@ -29,8 +29,6 @@ pub struct Parts {
     pub rest: Runs,
     /// The box of these.
     pub tree: Aabb,
-    /// The box of all.
-    pub scene: Aabb,
 }
 
 impl Parts {
@@ -61,6 +59,6 @@ impl Parts {
         let [beside, tree] = [&few, &rest].map(|prims| build::tight_bounds(shapes, prims));
         let scene = beside.union(tree);
         let scale = build::area_scale(&scene);
-        (tree.half_area(scale) <= SHARE * scene.half_area(scale)).then_some(Parts { few, rest, tree, scene })
+        (tree.half_area(scale) <= SHARE * scene.half_area(scale)).then_some(Parts { few, rest, tree })
     }
 }

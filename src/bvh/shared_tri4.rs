@@ -73,8 +73,8 @@ impl SharedTri4 {
             }
             prim[lane] = number;
         }
-        let axis = |axis: usize| vertices.positions.map(|position| position[axis]);
-        SharedTri4 { x: axis(0), y: axis(1), corners, geom: first, prim, z: axis(2) }
+        let [x, y, z] = [vertices.axis(0), vertices.axis(1), vertices.axis(2)];
+        SharedTri4 { x, y, corners, geom: first, prim, z }
     }
 
     /// Whether no test can let a lane through.
@@ -140,13 +140,14 @@ impl TriangleBlock for SharedTri4 {
 
 /// The vertices of some triangles, each once.
 struct Vertices {
-    positions: [Vec3; VERTICES],
+    /// By axis, their bits.
+    axes: [[u32; VERTICES]; 3],
     len: usize,
 }
 
 impl Default for Vertices {
     fn default() -> Vertices {
-        Vertices { positions: [Vec3::NAN; VERTICES], len: 0 }
+        Vertices { axes: [[f32::NAN.to_bits(); VERTICES]; 3], len: 0 }
     }
 }
 
@@ -157,16 +158,26 @@ impl Vertices {
     fn add(&mut self, corners: [Vec3; 3]) -> Option<[u8; 3]> {
         let mut numbers = [0; 3];
         for (number, corner) in numbers.iter_mut().zip(corners) {
-            let bits = |position: Vec3| position.to_array().map(f32::to_bits);
-            let found = self.positions[..self.len].iter().position(|&other| bits(other) == bits(corner));
-            let vertex = found.unwrap_or(self.len);
+            let [x, y, z] = corner.to_array().map(f32::to_bits);
+            // All at once: where it is found is anybody's guess.
+            let [xs, ys, zs] = &self.axes;
+            let same =
+                (0..VERTICES).fold(0, |same, i| same | u32::from((xs[i] == x) & (ys[i] == y) & (zs[i] == z)) << i);
+            let vertex = (same | 1 << self.len).trailing_zeros() as usize;
             if vertex == self.len {
-                *self.positions.get_mut(vertex)? = corner;
+                for (axis, bits) in self.axes.iter_mut().zip([x, y, z]) {
+                    *axis.get_mut(vertex)? = bits;
+                }
                 self.len += 1;
             }
             *number = vertex as u8;
         }
         Some(numbers)
+    }
+
+    /// Their coordinates on an axis.
+    fn axis(&self, axis: usize) -> [f32; VERTICES] {
+        self.axes[axis].map(f32::from_bits)
     }
 }
 

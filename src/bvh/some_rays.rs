@@ -28,7 +28,8 @@ pub enum Ends<'a> {
 }
 
 impl SomeRays {
-    /// None.
+    /// None. (Made where they stay: moved, they would be copied.)
+    #[inline(always)]
     pub fn new() -> SomeRays {
         SomeRays { row: [0; ROWS], columns: [[0.0; ROWS]; 8], len: 0 }
     }
@@ -86,8 +87,21 @@ impl Kernel for Fill<'_> {
                 four.direction[2],
                 four.t_min,
                 four.t_max,
-            ]
-            .map(|lanes| lanes.to_array());
+            ];
+            if rest == 0b1111 {
+                // All come, as they mostly do: no number is moved by itself.
+                let to = some.len % ROWS;
+                for (row, first) in some.row[to..][..4].iter_mut().zip(first as u32..) {
+                    *row = first;
+                }
+                for (column, lanes) in some.columns.iter_mut().zip(values) {
+                    lanes.write_to_slice(&mut column[to..][..4]);
+                }
+                some.len += 4;
+                first += 4;
+                continue;
+            }
+            let values = values.map(|lanes| lanes.to_array());
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize & 3;
                 rest &= rest - 1;

@@ -98,7 +98,7 @@ impl Bvh4 {
         if !(triangles.is_empty() || shared.is_empty()) || grid.is_empty() && !shared.is_empty() {
             return Err("it has leaves of two kinds, or compact ones with full nodes".into());
         }
-        let (_, leaves_why) = format::leaves(options).map_err(|error| error.to_string())?;
+        let chosen = format::leaves(options, shapes).map_err(|error| error.to_string())?;
         let tables = if grid.is_empty() {
             Tables::Full(mapped(file, full)?, mapped(file, triangles)?)
         } else if shared.is_empty() {
@@ -107,7 +107,8 @@ impl Bvh4 {
             Tables::Compact(mapped(file, grid)?, facts.grid, mapped(file, shared)?)
         };
         let mut bvh = Bvh4 {
-            leaves_why,
+            leaves_why: format::leaves_why(&tables, chosen),
+            wide: Buffer::default(),
             tables,
             spheres: mapped(file, spheres)?,
             bounds: facts.bounds,
@@ -116,6 +117,8 @@ impl Bvh4 {
         };
         let (depth, used) = rayon::join(|| bvh.with_tree(CheckNodes), || Lanes { shapes, prims }.check(&bvh));
         let (depth, used) = (depth?, used?);
+        // Not before they are known to be a tree.
+        bvh.wide = bvh.tables.widened();
         let primitives = prims.iter().map(ExactSizeIterator::len).sum();
         if used != primitives {
             return Err(format!("its leaves hold {used} primitives; expected {primitives}"));

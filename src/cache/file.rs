@@ -23,7 +23,7 @@ use crate::scene::shapes::Shapes;
 use crate::system::MappedFile;
 
 /// Raised whenever the layout of a file changes, or the builder makes another tree from the same input, or of other parts of it.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 const MAGIC: [u8; 8] = *b"comber\r\n";
 /// Reads as another number on a machine of the other byte order.

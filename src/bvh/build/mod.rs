@@ -70,18 +70,11 @@ impl Bvh4 {
     /// As [`Bvh4::build`], and tells how far it has come.
     pub fn build_watched(shapes: &Shapes, options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
         let all = 0..u32::try_from(shapes.prim_count()).unwrap_or(u32::MAX);
-        Bvh4::build_of(shapes, &[all], None, options, tell)
+        Bvh4::build_of(shapes, &[all], options, tell)
     }
 
-    /// As [`Bvh4::build_watched`], over some of the primitives, which keep their numbers. `scene`: the box of all primitives, if these are
-    /// not all.
-    pub(super) fn build_of(
-        shapes: &Shapes,
-        prims: &[Range<u32>],
-        scene: Option<Aabb>,
-        options: &AccelOptions,
-        tell: Tell,
-    ) -> Result<Bvh4> {
+    /// As [`Bvh4::build_watched`], over some of the primitives, which keep their numbers.
+    pub(super) fn build_of(shapes: &Shapes, prims: &[Range<u32>], options: &AccelOptions, tell: Tell) -> Result<Bvh4> {
         let start = Instant::now();
         let all = shapes.prim_count();
         // In the worst case each primitive has a block of its own.
@@ -99,7 +92,6 @@ impl Bvh4 {
                 shapes,
                 prims,
                 bounds,
-                scene: scene.unwrap_or(bounds),
                 scale: area_scale(&bounds),
                 options: *options,
                 tier: Tier::detect(Simd::Auto)?,
@@ -131,8 +123,6 @@ struct Build<'a> {
     prims: &'a [Range<u32>],
     /// Their box.
     bounds: Aabb,
-    /// That of all primitives.
-    scene: Aabb,
     /// Scales boxes so that their areas neither overflow nor vanish.
     scale: f32,
     options: AccelOptions,
@@ -144,7 +134,7 @@ struct Build<'a> {
 
 impl Build<'_> {
     fn run(mut self) -> Result<Bvh4> {
-        let (compact, why) = format::leaves(&self.options)?;
+        let (compact, why) = format::leaves(&self.options, self.shapes)?;
         let binary = self.binary();
         let packing = if compact { Packing::Shared(self.shapes) } else { Packing::Fours };
         let plan = Collapse::plan(&binary, self.shapes.triangles.len() as u32, self.scale, packing);
@@ -158,7 +148,7 @@ impl Build<'_> {
         }
         // Before the leaves, which then take the memory that full nodes give back.
         let full = std::mem::take(&mut skeleton.nodes);
-        let (nodes, sah_cost) = format::store(&full, &self.options, &self.scene, self.scale)?;
+        let (nodes, sah_cost) = format::store(&full, &self.options, self.scale)?;
         drop(full);
         self.course.add_parts(Step::Emit, 0..1, 2);
         let triangles = || emit::triangle_blocks(&skeleton.triangles, &order, self.shapes);
@@ -170,7 +160,8 @@ impl Build<'_> {
             Nodes::Grid(nodes, grid) => Tables::Grid(nodes, grid, triangles()),
         };
         let mut bvh = Bvh4 {
-            leaves_why: why,
+            leaves_why: format::leaves_why(&tables, (compact, why)),
+            wide: tables.widened(),
             tables,
             spheres: emit::sphere_blocks(&skeleton.spheres, &order, self.shapes),
             bounds: self.bounds,

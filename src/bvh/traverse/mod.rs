@@ -24,6 +24,7 @@ use super::block::TriangleBlock;
 use super::bvh4::Tables;
 use super::child::Child;
 use super::columns::{HitColumnsMut, Query, RayColumns, TraversalCounts};
+use super::grid_node8::GridNode8;
 use super::intersect::Intersect;
 use super::moller_trumbore::MollerTrumbore;
 use super::node::Node;
@@ -43,6 +44,8 @@ pub struct Tree<'a, N: Node, B> {
     pub nodes: &'a [N],
     /// What all nodes share.
     pub frame: N::Frame,
+    /// The nodes, widened, if there are such.
+    pub wide: &'a [GridNode8],
     /// Leaf blocks of triangles.
     pub triangles: &'a [B],
     /// Leaf blocks of spheres.
@@ -160,7 +163,7 @@ impl Bvh4 {
 
     #[inline(always)]
     fn tree<'a, N: Node, B>(&'a self, nodes: &'a [N], frame: N::Frame, triangles: &'a [B]) -> Tree<'a, N, B> {
-        Tree { nodes, frame, triangles, spheres: &self.spheres }
+        Tree { nodes, frame, wide: &self.wide, triangles, spheres: &self.spheres }
     }
 
     /// The closest hit of each ray. Counts rays, and what was visited if `count`.

@@ -30,6 +30,28 @@ impl Avx2 {
 const MAGIC: i16 = 0x4b00;
 const MAGIC_FLOAT: f32 = 8_388_608.0;
 
+/// The numbers of the lanes in `keep`, close together.
+#[inline(always)]
+fn order(keep: u32) -> __m256i {
+    unsafe {
+        // A byte a lane kept, of the lanes' numbers those.
+        let bytes = _pdep_u64(u64::from(keep), 0x0101_0101_0101_0101) * 0xff;
+        let kept = _pext_u64(0x0706_0504_0302_0100, bytes);
+        _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(kept as i64))
+    }
+}
+
+/// How many ones four groups of four bits have, less one.
+#[inline(always)]
+pub(super) fn climb(bits: u32) -> __m128i {
+    unsafe {
+        // A byte for each four bits; the number of their ones from a table, less one.
+        let quads = _mm_cvtsi32_si128(_pdep_u32(bits, 0x0f0f_0f0f) as i32);
+        let ones = _mm_setr_epi8(-1, 0, 0, 1, 0, 1, 1, 2, 0, 1, 1, 2, 1, 2, 2, 3);
+        _mm_cvtepi8_epi32(_mm_shuffle_epi8(ones, quads))
+    }
+}
+
 impl Wide for Avx2 {
     const RAYS: usize = 2;
     type Lanes = __m256;
@@ -61,20 +83,91 @@ impl Wide for Avx2 {
         }
     }
 
+    type Eight = __m256;
+
+    #[inline(always)]
+    fn eights(self, numbers: &Words) -> [__m256; 4] {
+        unsafe {
+            let twice = _mm256_broadcast_ps(&_mm_loadu_ps(numbers.as_ptr().cast()));
+            [
+                _mm256_permute_ps::<0b00_00_00_00>(twice),
+                _mm256_permute_ps::<0b01_01_01_01>(twice),
+                _mm256_permute_ps::<0b10_10_10_10>(twice),
+                _mm256_permute_ps::<0b11_11_11_11>(twice),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn load8(self, from: &[u32; 8]) -> __m256 {
+        unsafe { _mm256_loadu_ps(from.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn store8(self, numbers: __m256, to: &mut [u32]) {
+        assert!(to.len() >= 8);
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr().cast(), numbers) }
+    }
+
+    #[inline(always)]
+    fn planes8(self, words: &[u32; 8], scale: __m256, offset: __m256) -> [__m256; 2] {
+        unsafe {
+            let (words, magic) = (_mm256_loadu_si256(words.as_ptr().cast()), _mm256_set1_epi16(MAGIC));
+            let low = _mm256_castsi256_ps(_mm256_unpacklo_epi16(words, magic));
+            let high = _mm256_castsi256_ps(_mm256_unpackhi_epi16(words, magic));
+            let (low, high) = (_mm256_fmadd_ps(low, scale, offset), _mm256_fmadd_ps(high, scale, offset));
+            [_mm256_min_ps(low, high), _mm256_max_ps(low, high)]
+        }
+    }
+
+    #[inline(always)]
+    fn min8(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max8(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn at_most8(self, a: __m256, b: __m256) -> u32 {
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
+    }
+
+    #[inline(always)]
+    fn packed8(self, numbers: __m256, keep: u32) -> __m256 {
+        unsafe { _mm256_permutevar8x32_ps(numbers, order(keep)) }
+    }
+
     #[inline(always)]
     fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
         unsafe { _mm256_movemask_ps(_mm256_loadu_ps(numbers.as_ptr().cast())) as u32 }
     }
 
     #[inline(always)]
+    fn equal(self, numbers: &[u32; MOST_LANES], number: u32) -> u32 {
+        unsafe {
+            let numbers = _mm256_loadu_si256(numbers.as_ptr().cast());
+            let equal = _mm256_cmpeq_epi32(numbers, _mm256_set1_epi32(number as i32));
+            _mm256_movemask_ps(_mm256_castsi256_ps(equal)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn climb(self, numbers: &mut [u32], bits: u32) {
+        assert!(numbers.len() >= 2);
+        unsafe {
+            let two = numbers.as_mut_ptr().cast();
+            _mm_storel_epi64(two, _mm_add_epi32(_mm_loadl_epi64(two), climb(bits)));
+        }
+    }
+
+    #[inline(always)]
     fn pack(self, numbers: &[u32; MOST_LANES], keep: u32, to: &mut [u32]) {
         assert!(to.len() >= 8);
         unsafe {
-            // A byte a lane kept, of the lanes' numbers those.
-            let bytes = _pdep_u64(u64::from(keep), 0x0101_0101_0101_0101) * 0xff;
-            let kept = _pext_u64(0x0706_0504_0302_0100, bytes);
-            let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(kept as i64));
-            let packed = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(numbers.as_ptr().cast()), order);
+            let packed = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(numbers.as_ptr().cast()), order(keep));
             _mm256_storeu_si256(to.as_mut_ptr().cast(), packed);
         }
     }
@@ -144,14 +237,14 @@ impl Wide for Avx2 {
     #[inline(always)]
     fn grid_offset(self, origin: Vec4, scale: Vec4) -> Vec4 {
         // Errs by half an ulp of 2²³·scale, which is half a step of the grid.
-        scale * MAGIC_FLOAT + origin * scale
+        -(scale * MAGIC_FLOAT + origin * scale)
     }
 
     #[inline(always)]
     fn grid_low(self, words: __m256, scale: __m256, offset: __m256) -> __m256 {
         unsafe {
             let numbers = _mm256_unpacklo_epi16(_mm256_castps_si256(words), _mm256_set1_epi16(MAGIC));
-            _mm256_fmsub_ps(_mm256_castsi256_ps(numbers), scale, offset)
+            _mm256_fmadd_ps(_mm256_castsi256_ps(numbers), scale, offset)
         }
     }
 
@@ -162,14 +255,14 @@ impl Wide for Avx2 {
 
     #[inline(always)]
     fn grid(self, number: f32, scale: __m256, offset: __m256) -> __m256 {
-        unsafe { _mm256_fmsub_ps(_mm256_set1_ps(number), scale, offset) }
+        unsafe { _mm256_fmadd_ps(_mm256_set1_ps(number), scale, offset) }
     }
 
     #[inline(always)]
     fn grid_high(self, words: __m256, scale: __m256, offset: __m256) -> __m256 {
         unsafe {
             let numbers = _mm256_unpackhi_epi16(_mm256_castps_si256(words), _mm256_set1_epi16(MAGIC));
-            _mm256_fmsub_ps(_mm256_castsi256_ps(numbers), scale, offset)
+            _mm256_fmadd_ps(_mm256_castsi256_ps(numbers), scale, offset)
         }
     }
 

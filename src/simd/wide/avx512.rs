@@ -29,6 +29,18 @@ impl Avx512 {
 const MAGIC: i16 = 0x4b00;
 const MAGIC_FLOAT: f32 = 8_388_608.0;
 
+/// The larger of two keys, as whole numbers.
+#[inline(always)]
+fn larger(a: __m512, b: __m512) -> __m512 {
+    unsafe { _mm512_castsi512_ps(_mm512_max_epi32(_mm512_castps_si512(a), _mm512_castps_si512(b))) }
+}
+
+/// The smaller of two keys.
+#[inline(always)]
+fn smaller(a: __m512, b: __m512) -> __m512 {
+    unsafe { _mm512_castsi512_ps(_mm512_min_epi32(_mm512_castps_si512(a), _mm512_castps_si512(b))) }
+}
+
 impl Wide for Avx512 {
     const RAYS: usize = 4;
     type Lanes = __m512;
@@ -65,9 +77,83 @@ impl Wide for Avx512 {
         }
     }
 
+    type Eight = __m256;
+
+    #[inline(always)]
+    fn eights(self, numbers: &Words) -> [__m256; 4] {
+        unsafe {
+            let twice = _mm256_broadcast_ps(&_mm_loadu_ps(numbers.as_ptr().cast()));
+            [
+                _mm256_permute_ps::<0b00_00_00_00>(twice),
+                _mm256_permute_ps::<0b01_01_01_01>(twice),
+                _mm256_permute_ps::<0b10_10_10_10>(twice),
+                _mm256_permute_ps::<0b11_11_11_11>(twice),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn load8(self, from: &[u32; 8]) -> __m256 {
+        unsafe { _mm256_loadu_ps(from.as_ptr().cast()) }
+    }
+
+    #[inline(always)]
+    fn store8(self, numbers: __m256, to: &mut [u32]) {
+        assert!(to.len() >= 8);
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr().cast(), numbers) }
+    }
+
+    #[inline(always)]
+    fn planes8(self, words: &[u32; 8], scale: __m256, offset: __m256) -> [__m256; 2] {
+        unsafe {
+            let (words, magic) = (_mm256_loadu_si256(words.as_ptr().cast()), _mm256_set1_epi16(MAGIC));
+            let low = _mm256_castsi256_ps(_mm256_unpacklo_epi16(words, magic));
+            let high = _mm256_castsi256_ps(_mm256_unpackhi_epi16(words, magic));
+            let (low, high) = (_mm256_fmadd_ps(low, scale, offset), _mm256_fmadd_ps(high, scale, offset));
+            [_mm256_min_ps(low, high), _mm256_max_ps(low, high)]
+        }
+    }
+
+    #[inline(always)]
+    fn min8(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn max8(self, a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn at_most8(self, a: __m256, b: __m256) -> u32 {
+        unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)) }
+    }
+
+    #[inline(always)]
+    fn packed8(self, numbers: __m256, keep: u32) -> __m256 {
+        unsafe { _mm256_maskz_compress_ps(keep as u8, numbers) }
+    }
+
     #[inline(always)]
     fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
         unsafe { u32::from(_mm512_movepi32_mask(_mm512_loadu_si512(numbers.as_ptr().cast()))) }
+    }
+
+    #[inline(always)]
+    fn equal(self, numbers: &[u32; MOST_LANES], number: u32) -> u32 {
+        unsafe {
+            let numbers = _mm512_loadu_si512(numbers.as_ptr().cast());
+            u32::from(_mm512_cmpeq_epi32_mask(numbers, _mm512_set1_epi32(number as i32)))
+        }
+    }
+
+    #[inline(always)]
+    fn climb(self, numbers: &mut [u32], bits: u32) {
+        assert!(numbers.len() >= 4);
+        unsafe {
+            let four = numbers.as_mut_ptr().cast();
+            _mm_storeu_si128(four, _mm_add_epi32(_mm_loadu_si128(four), super::avx2::climb(bits)));
+        }
     }
 
     #[inline(always)]
@@ -144,14 +230,14 @@ impl Wide for Avx512 {
     #[inline(always)]
     fn grid_offset(self, origin: Vec4, scale: Vec4) -> Vec4 {
         // Errs by half an ulp of 2²³·scale, which is half a step of the grid.
-        scale * MAGIC_FLOAT + origin * scale
+        -(scale * MAGIC_FLOAT + origin * scale)
     }
 
     #[inline(always)]
     fn grid_low(self, words: __m512, scale: __m512, offset: __m512) -> __m512 {
         unsafe {
             let numbers = _mm512_unpacklo_epi16(_mm512_castps_si512(words), _mm512_set1_epi16(MAGIC));
-            _mm512_fmsub_ps(_mm512_castsi512_ps(numbers), scale, offset)
+            _mm512_fmadd_ps(_mm512_castsi512_ps(numbers), scale, offset)
         }
     }
 
@@ -162,14 +248,14 @@ impl Wide for Avx512 {
 
     #[inline(always)]
     fn grid(self, number: f32, scale: __m512, offset: __m512) -> __m512 {
-        unsafe { _mm512_fmsub_ps(_mm512_set1_ps(number), scale, offset) }
+        unsafe { _mm512_fmadd_ps(_mm512_set1_ps(number), scale, offset) }
     }
 
     #[inline(always)]
     fn grid_high(self, words: __m512, scale: __m512, offset: __m512) -> __m512 {
         unsafe {
             let numbers = _mm512_unpackhi_epi16(_mm512_castps_si512(words), _mm512_set1_epi16(MAGIC));
-            _mm512_fmsub_ps(_mm512_castsi512_ps(numbers), scale, offset)
+            _mm512_fmadd_ps(_mm512_castsi512_ps(numbers), scale, offset)
         }
     }
 
@@ -212,18 +298,19 @@ impl Wide for Avx512 {
     #[inline(always)]
     fn sorted(self, keys: __m512) -> __m512 {
         unsafe {
-            // Batcher's network. In each stage every lane takes the larger key of its pair, and those at the end of a pair
-            // the smaller one after all.
-            let keys = _mm512_castps_si512(keys);
-            let partner = _mm512_shuffle_epi32::<0b10_11_00_01>(keys);
-            let large = _mm512_max_epi32(keys, partner);
-            let keys = _mm512_mask_min_epi32(large, 0xaaaa, keys, partner);
-            let partner = _mm512_shuffle_epi32::<0b01_00_11_10>(keys);
-            let large = _mm512_max_epi32(keys, partner);
-            let keys = _mm512_mask_min_epi32(large, 0xcccc, keys, partner);
-            let partner = _mm512_shuffle_epi32::<0b11_01_10_00>(keys);
-            let large = _mm512_max_epi32(keys, partner);
-            _mm512_castsi512_ps(_mm512_mask_min_epi32(large, 0x4444, keys, partner))
+            // Batcher's network. The second vector that each stage compares with is made by the shuffle that merges the larger and the
+            // smaller keys of the stage before: there is no blend by a constant but through a register of masks.
+            // Lanes 0 and 1, 2 and 3.
+            let partner = _mm512_permute_ps::<0b10_11_00_01>(keys);
+            let (large, small) = (larger(keys, partner), smaller(keys, partner));
+            // The larger of the pairs, and the smaller.
+            let a = _mm512_shuffle_ps::<0b00_00_00_00>(large, small);
+            let b = _mm512_shuffle_ps::<0b10_10_10_10>(large, small);
+            let (large, small) = (larger(a, b), smaller(a, b));
+            // Largest, two between, smallest.
+            let keys = _mm512_shuffle_ps::<0b10_00_10_00>(large, small);
+            let swapped = _mm512_permute_ps::<0b11_01_10_00>(keys);
+            _mm512_shuffle_ps::<0b11_10_01_00>(larger(keys, swapped), smaller(keys, swapped))
         }
     }
 

@@ -42,9 +42,73 @@ impl Wide for Quad {
         to(0, words(lanes));
     }
 
+    type Eight = [Vec4; 2];
+
+    #[inline(always)]
+    fn eights(self, numbers: &Words) -> [[Vec4; 2]; 4] {
+        numbers.map(|number| [Vec4::splat(f32::from_bits(number)); 2])
+    }
+
+    #[inline(always)]
+    fn load8(self, from: &[u32; 8]) -> [Vec4; 2] {
+        let [a, b, c, d, e, f, g, h] = *from;
+        [lanes([a, b, c, d]), lanes([e, f, g, h])]
+    }
+
+    #[inline(always)]
+    fn store8(self, [a, b]: [Vec4; 2], to: &mut [u32]) {
+        to[..4].copy_from_slice(&words(a));
+        to[4..8].copy_from_slice(&words(b));
+    }
+
+    #[inline(always)]
+    fn planes8(self, words: &[u32; 8], scale: [Vec4; 2], offset: [Vec4; 2]) -> [[Vec4; 2]; 2] {
+        let [a, b, c, d, e, f, g, h] = *words;
+        let (low, high) = (
+            [grid([a, b], scale[0], offset[0]), grid([e, f], scale[1], offset[1])],
+            [grid([c, d], scale[0], offset[0]), grid([g, h], scale[1], offset[1])],
+        );
+        [self.min8(low, high), self.max8(low, high)]
+    }
+
+    #[inline(always)]
+    fn min8(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        [self.min(a[0], b[0]), self.min(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn max8(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        [self.max(a[0], b[0]), self.max(a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn at_most8(self, a: [Vec4; 2], b: [Vec4; 2]) -> u32 {
+        a[0].cmple(b[0]).bitmask() | a[1].cmple(b[1]).bitmask() << 4
+    }
+
+    #[inline(always)]
+    fn packed8(self, [a, b]: [Vec4; 2], keep: u32) -> [Vec4; 2] {
+        let (from, mut to, mut kept) = ([words(a), words(b)], [[0; 4]; 2], 0);
+        for lane in (0..8).filter(|lane| keep >> lane & 1 == 1) {
+            to[kept / 4][kept % 4] = from[lane / 4][lane % 4];
+            kept += 1;
+        }
+        to.map(lanes)
+    }
+
     #[inline(always)]
     fn negative(self, numbers: &[u32; MOST_LANES]) -> u32 {
         numbers[..4].iter().enumerate().fold(0, |bits, (lane, number)| bits | number >> 31 << lane)
+    }
+
+    #[inline(always)]
+    fn equal(self, numbers: &[u32; MOST_LANES], number: u32) -> u32 {
+        (0..4).fold(0, |bits, lane| bits | u32::from(numbers[lane] == number) << lane)
+    }
+
+    #[inline(always)]
+    fn climb(self, numbers: &mut [u32], bits: u32) {
+        numbers[0] = numbers[0].wrapping_add((bits & 15).count_ones()).wrapping_sub(1);
     }
 
     #[inline(always)]

@@ -7,25 +7,28 @@ use crate::bvh::block::TriangleBlock;
 use crate::bvh::intersect::Intersect;
 use crate::simd::wide::Wide;
 
-/// A block that a ray may hit.
+/// Steps that a word has room for.
+const STEPS: usize = 16;
+
+/// Which triangles of its block the ray of each step may hit: four bits a step.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate {
-    /// The ray's slot.
-    pub slot: u32,
-    /// The block.
-    pub block: u32,
-    /// One bit for each triangle that it may hit.
-    pub lanes: u32,
+pub struct Candidates([u64; IN_FLIGHT / STEPS]);
+
+impl Candidates {
+    /// Calls `settle` with the step and the lane of each.
+    #[inline(always)]
+    pub fn each(self, mut settle: impl FnMut(usize, usize)) {
+        for (word, mut rest) in self.0.into_iter().enumerate() {
+            while rest != 0 {
+                let bit = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                settle(word * STEPS + bit / 4, bit % 4);
+            }
+        }
+    }
 }
 
-/// Room for a candidate a ray.
-pub type Candidates = [Candidate; IN_FLIGHT];
-
-/// None.
-pub const NO_CANDIDATES: Candidates = [Candidate { slot: 0, block: 0, lanes: 0 }; IN_FLIGHT];
-
-/// Tests the first block of the leaf of each of the first `len` steps, all of triangles, and takes it off the stack. Gives
-/// the number of candidates.
+/// Tests the first block of the leaf of each of the first `len` steps, all of triangles, and takes it off the stack.
 #[inline(always)]
 pub fn visit<W: Wide, I: Intersect>(
     wide: W,
@@ -33,21 +36,21 @@ pub fn visit<W: Wide, I: Intersect>(
     steps: &mut Steps,
     len: usize,
     slots: &mut [Slot; IN_FLIGHT],
-    candidates: &mut Candidates,
-) -> usize {
-    let mut found = 0;
+) -> Candidates {
+    let mut candidates = [0; IN_FLIGHT / STEPS];
     let end = steps.fill(len, W::RAYS);
     for first in (0..end).step_by(W::RAYS) {
         let number: [usize; 4] = std::array::from_fn(|ray| steps.slot(first + ray));
         let visited: [usize; 4] = std::array::from_fn(|ray| steps.child(first + ray).first_block());
         let lanes =
             wide.bits(I::candidates(wide, |ray| &slots[number[ray]].ray.triangle, |ray| &triangles[visited[ray]]));
-        for ray in 0..W::RAYS.min(len - first) {
-            slots[number[ray]].leave_block(steps.child(first + ray));
-            let lanes = lanes >> (4 * ray) & 15;
-            candidates[found % IN_FLIGHT] = Candidate { slot: number[ray] as u32, block: visited[ray] as u32, lanes };
-            found += usize::from(lanes != 0);
-        }
+        candidates[first / STEPS % candidates.len()] |= u64::from(lanes) << (4 * (first % STEPS));
     }
-    found
+    // What the last vector was filled with does not count.
+    for (word, bits) in candidates.iter_mut().enumerate() {
+        let steps = len.saturating_sub(word * STEPS).min(STEPS);
+        *bits &= u64::MAX.checked_shr(64 - 4 * steps as u32).unwrap_or(0);
+    }
+    steps.leave_blocks(len, |slot, top, rest| slots[slot].set_child(top, rest));
+    Candidates(candidates)
 }

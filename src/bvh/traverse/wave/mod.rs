@@ -45,9 +45,8 @@ use crate::bvh::node::Node;
 use crate::bvh::ray::Hit;
 use crate::simd::wide::Wide;
 use crate::simd::{Address, prefetch_line};
-use leaves::NO_CANDIDATES;
-use queue::Steps;
-use setup::Setup;
+use queue::{Steps, Which};
+use setup::{AT_ONCE, prepare};
 use slot::Slot;
 
 /// Rays in flight.
@@ -78,27 +77,29 @@ pub fn trace<
     }
     let mut slots = [Slot::IDLE; IN_FLIGHT];
     let mut next_row = 0;
-    let mut setup = Setup::new::<W, N, I>(wide, &tree.frame, &rays, next_row);
     let (mut nodes, mut leaves) = (Steps::NONE, Steps::NONE);
-    let (mut blocks, mut spheres) = (Steps::NONE, Steps::NONE);
+    let (mut done, mut spheres) = (Steps::NONE, Steps::NONE);
     let (mut at_nodes, mut at_leaves) = (0, 0);
     let mut idle: [u8; IN_FLIGHT] = std::array::from_fn(|slot| slot as u8);
     let mut idles = IN_FLIGHT;
-    let mut candidates = NO_CANDIDATES;
     loop {
-        while next_row < rays.len() && idles > 0 {
-            if next_row == setup.end() {
-                setup = Setup::new::<W, N, I>(wide, &tree.frame, &rays, next_row);
+        while next_row < rays.len() && idles >= AT_ONCE {
+            let (prepared, suits) = prepare::<W, N, I>(wide, &tree.frame, &rays, next_row);
+            for (ray, prepared) in prepared.iter().enumerate() {
+                let row = next_row + ray;
+                if row >= rays.len() {
+                    break;
+                }
+                if suits >> ray & 1 == 1 {
+                    idles -= 1;
+                    let slot = idle[idles % IN_FLIGHT] as usize;
+                    let top = slots[slot % IN_FLIGHT].launch(row as u32, prepared);
+                    nodes.push(&mut at_nodes, slot, top, Child::ROOT);
+                } else {
+                    finish(row, alone::<N, I, ANY, COUNT>(tree, &rays.ray(row), &mut counts));
+                }
             }
-            if setup.suits(next_row) {
-                idles -= 1;
-                let slot = idle[idles % IN_FLIGHT] as usize;
-                slots[slot % IN_FLIGHT].launch(next_row as u32, setup.ray(next_row));
-                nodes.push_if(&mut at_nodes, slot, Child::ROOT, true);
-            } else {
-                finish(next_row, alone::<N, I, ANY, COUNT>(tree, &rays.ray(next_row), &mut counts));
-            }
-            next_row += 1;
+            next_row += AT_ONCE;
         }
         let in_flight = IN_FLIGHT - idles;
         if in_flight == 0 {
@@ -107,78 +108,110 @@ pub fn trace<
         // Nodes, until half of the rays wait for something else.
         loop {
             if COUNT {
-                (0..at_nodes).for_each(|step| count_node(&mut counts, &tree.nodes[nodes.child(step).node()]));
-                count_vectors(&mut counts.box_lanes, at_nodes, W::RAYS);
+                count_nodes::<W, N, ANY>(&mut counts, tree, nodes.children(0..at_nodes));
             }
-            nodes::visit::<W, N, ANY>(wide, tree, &mut nodes, at_nodes, &mut slots);
-            at_nodes = nodes.part(wide, at_nodes, &mut leaves, &mut at_leaves);
+            if ANY && N::WIDENED {
+                nodes::visit_widened(wide, tree, &mut nodes, at_nodes, &mut slots);
+            } else {
+                nodes::visit::<W, N, ANY>(wide, tree, &mut nodes, at_nodes, &mut slots);
+            }
+            at_nodes = nodes.part(wide, at_nodes, Which::AtLeaves, &mut leaves, &mut at_leaves);
             if 2 * at_nodes <= in_flight {
                 break;
             }
         }
         // Of those that wait for leaves, some are done.
-        let (mut at_blocks, mut at_spheres, idle_before) = (0, 0, idles);
-        for step in 0..at_leaves.min(IN_FLIGHT) {
-            let (slot, child) = (leaves.slot(step), leaves.child(step));
-            let done = child == Child::EMPTY;
-            blocks.push_if(&mut at_blocks, slot, child, !(done || SPHERES && child.is_spheres()));
-            // The first line was fetched when the ray came to the leaf.
+        let mut at_done = 0;
+        let mut at_blocks = leaves.part(wide, at_leaves, Which::Done, &mut done, &mut at_done);
+        for step in 0..at_done.min(IN_FLIGHT) {
+            let slot = done.slot(step);
+            finish(slots[slot].row as usize, slots[slot].hit());
+            idle[idles % IN_FLIGHT] = slot as u8;
+            idles += 1;
+        }
+        let mut at_spheres = 0;
+        if SPHERES {
+            at_blocks = leaves.part(wide, at_blocks, Which::AtSpheres, &mut spheres, &mut at_spheres);
+        }
+        for child in leaves.children(0..at_blocks) {
+            // What was fetched when the ray came to the leaf is its first line, or two.
             let block = Address::of(tree.triangles, child.first_block());
             prefetch_line(block.plus(64));
             if size_of::<B>() > 128 {
                 prefetch_line(block.plus(128));
             }
-            if SPHERES {
-                spheres.push_if(&mut at_spheres, slot, child, !done && child.is_spheres());
-            }
-            idle[idles % IN_FLIGHT] = slot as u8;
-            idles += usize::from(done);
-        }
-        at_leaves = 0;
-        for &slot in &idle[idle_before..idles.min(IN_FLIGHT)] {
-            let slot = &slots[slot as usize % IN_FLIGHT];
-            finish(slot.row as usize, slot.hit());
         }
         if COUNT {
             count_vectors(&mut counts.primitive_lanes, at_blocks, W::RAYS);
             // Spheres are tested one by one, a block's four at most.
             count_vectors(&mut counts.primitive_lanes, at_spheres, 1);
-            for step in 0..at_blocks {
-                count_block(&mut counts, tree.triangles[blocks.child(step).first_block()].prims(), 1);
+            for child in leaves.children(0..at_blocks) {
+                count_block(&mut counts, tree.triangles[child.first_block()].prims(), 1);
             }
-            for step in 0..at_spheres {
-                count_block(&mut counts, &tree.spheres[spheres.child(step).first_block()].prim, 1);
+            for child in spheres.children(0..at_spheres) {
+                count_block(&mut counts, &tree.spheres[child.first_block()].prim, 1);
             }
         }
-        let found = leaves::visit::<W, I>(wide, tree.triangles, &mut blocks, at_blocks, &mut slots, &mut candidates);
-        for candidate in &candidates[..found.min(IN_FLIGHT)] {
-            candidates::settle::<I, ANY>(tree.triangles, candidate, &mut slots[candidate.slot as usize % IN_FLIGHT]);
-        }
+        let candidates = leaves::visit::<W, I>(wide, tree.triangles, &mut leaves, at_blocks, &mut slots);
+        candidates.each(|step, lane| {
+            let block = &tree.triangles[leaves.child(step).first_block()];
+            let slot = &mut slots[leaves.slot(step)];
+            let top = candidates::settle::<I, ANY>(block, lane, slot, leaves.top(step));
+            leaves.set_top(step, top);
+        });
+        // What each visits next.
         for step in 0..at_blocks.min(IN_FLIGHT) {
-            blocks.set_child(step, next(tree, &slots[blocks.slot(step)]));
+            let child = slots[leaves.slot(step)].child(leaves.top(step));
+            fetch::<N, ANY>(tree, child);
+            leaves.set_child(step, child);
         }
-        at_nodes = blocks.part_to(wide, at_blocks, &mut nodes, at_nodes, &mut leaves, &mut at_leaves);
+        at_leaves = leaves.part(wide, at_blocks, Which::AtNodes, &mut nodes, &mut at_nodes);
         if SPHERES {
+            spheres.leave_blocks(at_spheres, |slot, top, rest| slots[slot].set_child(top, rest));
             for step in 0..at_spheres.min(IN_FLIGHT) {
-                let slot = &mut slots[spheres.slot(step)];
-                spheres::visit::<ANY>(tree.spheres, spheres.child(step), &rays.ray(slot.row as usize), slot);
-                spheres.set_child(step, next(tree, slot));
+                let (slot, block) = (&mut slots[spheres.slot(step)], &tree.spheres[spheres.child(step).first_block()]);
+                let top = spheres::visit::<ANY>(block, &rays.ray(slot.row as usize), slot, spheres.top(step));
+                let child = slot.child(top);
+                fetch::<N, ANY>(tree, child);
+                spheres.set_top(step, top);
+                spheres.set_child(step, child);
             }
-            at_nodes = spheres.part_to(wide, at_spheres, &mut nodes, at_nodes, &mut leaves, &mut at_leaves);
+            let left = spheres.part(wide, at_spheres, Which::AtNodes, &mut nodes, &mut at_nodes);
+            spheres.part(wide, left, Which::All, &mut leaves, &mut at_leaves);
         }
     }
 }
 
-/// What the ray in a slot visits next. Fetches it.
-#[inline(always)]
-fn next<N: Node>(tree: &Tree<'_, N, impl TriangleBlock>, slot: &Slot) -> Child {
-    let child = slot.next();
-    // Both addresses, so that the choice is no branch. (Leaves of spheres fetch in vain.)
-    let node = Address::of(tree.nodes, child.node());
-    let leaf = Address::of(tree.triangles, child.first_block());
-    prefetch_line(if child.is_leaf() { leaf } else { node });
-    if size_of::<N>() > 64 {
-        prefetch_line(if child.is_leaf() { leaf } else { node.plus(64) });
+/// Counts nodes that are visited.
+fn count_nodes<W: Wide, N: Node, const ANY: bool>(
+    counts: &mut TraversalCounts,
+    tree: &Tree<'_, N, impl TriangleBlock>,
+    children: impl ExactSizeIterator<Item = Child>,
+) {
+    let len = children.len();
+    for child in children {
+        if ANY && N::WIDENED {
+            counts.node_visits += 1;
+            counts.box_lanes.active += tree.wide[child.node()].count() as u64;
+        } else {
+            count_node(counts, &tree.nodes[child.node()]);
+        }
     }
-    child
+    // A vector has the children of one node, or of as many as it has quads.
+    let (quads, to_a_vector) = if ANY && N::WIDENED { (2 * len, 2) } else { (len, W::RAYS) };
+    count_vectors(&mut counts.box_lanes, quads, to_a_vector);
+}
+
+/// Fetches what a ray visits next: now, so that it is there when all others have taken their turns.
+#[inline(always)]
+fn fetch<N: Node, const ANY: bool>(tree: &Tree<'_, N, impl TriangleBlock>, child: Child) {
+    let widened = ANY && N::WIDENED;
+    // Both addresses, so that the choice is no branch. (Leaves of spheres fetch in vain.)
+    let node = if widened { Address::of(tree.wide, child.node()) } else { Address::of(tree.nodes, child.node()) };
+    let leaf = Address::of(tree.triangles, child.first_block());
+    let next = if child.is_leaf() { leaf } else { node };
+    prefetch_line(next);
+    if size_of::<N>() > 64 || widened {
+        prefetch_line(next.plus(64));
+    }
 }

@@ -6,15 +6,8 @@ use crate::bvh::node::Node;
 use crate::bvh::rays4::{Rays4, transposed};
 use crate::simd::wide::{Wide, Words};
 
-/// Rays set up ahead.
-const AHEAD: usize = 4;
-
-/// The next rays.
-pub struct Setup {
-    first: usize,
-    rays: [Prepared; AHEAD],
-    suits: u32,
-}
+/// Rays set up, and launched, at a time.
+pub const AT_ONCE: usize = 4;
 
 /// A ray as the tests need it.
 #[derive(Clone, Copy, Debug)]
@@ -26,38 +19,19 @@ pub struct Prepared {
     pub triangle: [Words; 2],
 }
 
-impl Setup {
-    /// The rows from `first` on.
-    #[inline(always)]
-    pub fn new<W: Wide, N: Node, I: Intersect>(
-        wide: W,
-        frame: &N::Frame,
-        rays: &RayColumns<'_>,
-        first: usize,
-    ) -> Setup {
-        let rays = Rays4::load(rays, first);
-        let ([a, b], suits) = N::slab(wide, frame, &rays);
-        let [c, d] = I::prepare4(&rays);
-        let (a, b, c, d) = (transposed(a), transposed(b), transposed(c), transposed(d));
-        let prepared = |ray: usize| Prepared { slab: [a[ray], b[ray]], triangle: [c[ray], d[ray]] };
-        Setup { first, rays: [prepared(0), prepared(1), prepared(2), prepared(3)], suits }
-    }
-
-    /// The row after the last that is set up.
-    #[inline(always)]
-    pub fn end(&self) -> usize {
-        self.first + AHEAD
-    }
-
-    /// Whether the box test of many suits this row.
-    #[inline(always)]
-    pub fn suits(&self, row: usize) -> bool {
-        self.suits >> (row - self.first) & 1 == 1
-    }
-
-    /// The ray of this row.
-    #[inline(always)]
-    pub fn ray(&self, row: usize) -> &Prepared {
-        &self.rays[(row - self.first) % AHEAD]
-    }
+/// The rays of the rows from `first` on, past the end the last one again; and a bit for each that the box test of many suits. They go from here to
+/// their slots straight away: read again as a whole after they were written a quad at a time, they would be waited for.
+#[inline(always)]
+pub fn prepare<W: Wide, N: Node, I: Intersect>(
+    wide: W,
+    frame: &N::Frame,
+    rays: &RayColumns<'_>,
+    first: usize,
+) -> ([Prepared; AT_ONCE], u32) {
+    let rays = Rays4::load(rays, first);
+    let ([a, b], suits) = N::slab(wide, frame, &rays);
+    let [c, d] = I::prepare4(&rays);
+    let (a, b, c, d) = (transposed(a), transposed(b), transposed(c), transposed(d));
+    let prepared = |ray: usize| Prepared { slab: [a[ray], b[ray]], triangle: [c[ray], d[ray]] };
+    ([prepared(0), prepared(1), prepared(2), prepared(3)], suits)
 }
