@@ -166,7 +166,7 @@ mod tests {
                 wide.climb(&mut tops, bits);
                 for (quad, (top, before)) in tops.into_iter().zip(before).enumerate() {
                     let ones = if quad < W::RAYS { (bits >> (4 * quad) & 15).count_ones() } else { 1 };
-                    assert_eq!(top + 1, before + ones, "quad {quad} of {bits:x}");
+                    assert_eq!(top.wrapping_add(1), before + ones, "quad {quad} of {bits:x}");
                 }
                 let few: [u32; MOST_LANES] = numbers(seed, 3.0);
                 let equal = (0..4 * W::RAYS).fold(0, |bits, lane| bits | u32::from(few[lane] == 1) << lane);

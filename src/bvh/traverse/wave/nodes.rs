@@ -47,7 +47,10 @@ pub fn visit<W: Wide, N: Node, const ANY: bool>(
 }
 
 /// The same through nodes of eight children, for rays that ask for any hit, one at a time: its eight boxes fill a vector. The children that the ray
-/// meets stay in the order of the node, largest first.
+/// meets stay in the order of the node, largest first, so that the smallest comes on top.
+///
+/// Tried: the largest on top, and pairs of nodes at the bottom joined where their box is smaller than the two are together; S on lucy100k then visits 8.80
+/// nodes instead of 8.68, in the same time.
 ///
 /// For rays that ask for the closest hit, which need the nearest child on top, 4.73 Mray/s instead of 5.9 (D on lucy100k, AVX-512): to find it among
 /// eight takes as long as the boxes, and there is too little to do for other rays meanwhile.
