@@ -149,7 +149,8 @@ struct Waiting {
 /// Subtrees that are widened by themselves, at least, if the tree has as many.
 const PIECES: usize = 256;
 
-/// The tree of eight children a node, the root first. Empty if it were too deep for the stacks of rays in flight.
+/// The tree of eight children a node, the root first. Empty if it were too deep for the stacks of rays in flight, which then step
+/// through nodes of four.
 pub fn widened(nodes: &[GridNode4], grid: &Grid) -> Buffer<GridNode8> {
     let Some(root) = nodes.first() else { return Buffer::default() };
     let tree = Four { nodes, grid };
@@ -254,7 +255,10 @@ mod tests {
     use super::*;
     use crate::bvh::Bvh4;
     use crate::bvh::bvh4::Tables;
+    use crate::bvh::{RayColumns, Traversal};
     use crate::options::{AccelOptions, NodeFormat};
+    use crate::sampling::random::uniform4;
+    use crate::simd::Tier;
 
     fn tree(spec: &str) -> (Buffer<GridNode4>, Grid, Buffer<GridNode8>) {
         let scene = crate::scene::procedural::generate(spec).unwrap();
@@ -304,6 +308,30 @@ mod tests {
             let filled = wide.iter().map(GridNode8::count).sum::<usize>() as f64 / wide.len() as f64;
             assert!(wide.len() < 20 || filled > 4.5, "{spec}: {filled} children a node");
             assert_eq!(&widened(&nodes, &grid)[..], &wide[..]);
+        }
+    }
+
+    #[test]
+    fn rays_find_the_same_without_them() {
+        let scene = crate::scene::procedural::generate("proc:coral,tris=20k").unwrap();
+        let shapes = crate::scene::Scene::build(scene, Default::default()).unwrap().shapes;
+        let options = AccelOptions { nodes: NodeFormat::Compact, ..Default::default() };
+        let bvh = Bvh4::build(&shapes, &options).unwrap();
+        let plain = Bvh4 { wide: Buffer::default(), ..bvh.clone() };
+        let (low, high) = (bvh.bounds().min, bvh.bounds().max);
+        let number = |row: u32, i: usize| uniform4(row, (i / 4) as u32, 0, 0)[i % 4];
+        let column = |i: usize, at: &dyn Fn(f32) -> f32| (0..3000).map(|row| at(number(row, i))).collect::<Vec<f32>>();
+        let origins = [0, 1, 2].map(|axis| column(axis, &|u| low[axis] + u * (high[axis] - low[axis])));
+        let directions = [3, 4, 5].map(|i| column(i, &|u| u - 0.5));
+        let ([ox, oy, oz], [dx, dy, dz]) = (&origins, &directions);
+        let rays = RayColumns { ox, oy, oz, dx, dy, dz, t_min: None, t_max: None, low: None };
+        for tier in Tier::available() {
+            let [mut with, mut without] = [vec![false; 3000], vec![false; 3000]];
+            bvh.any_hits(Traversal::InFlight, tier, rays, &mut with, false);
+            plain.any_hits(Traversal::InFlight, tier, rays, &mut without, true);
+            let hits = with.iter().filter(|&&hit| hit).count();
+            assert!((300..2700).contains(&hits), "{hits}");
+            assert_eq!(with, without, "{}", tier.name());
         }
     }
 

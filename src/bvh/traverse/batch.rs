@@ -97,8 +97,6 @@ impl<
     fn run(self, way: Traversal, tier: Tier) -> TraversalCounts {
         match way {
             Traversal::Single => tier.run(Single(self)),
-            // A tree too deep to be widened, which is as good as never.
-            Traversal::InFlight if N::WIDENED && self.tree.wide.is_empty() => tier.run(Single(self)),
             Traversal::InFlight => tier.run_wide(InFlight(self)),
             Traversal::Packet => tier.run_wide(Packet(self)),
             Traversal::List => tier.run_wide(List(self)),

@@ -40,7 +40,7 @@ pub fn visit<W: Wide, N: Node, const ANY: bool>(
         steps.climb(wide, first, wide.bits(met));
         for ray in 0..W::RAYS {
             let child = slots[number[ray]].child(steps.top(first + ray));
-            fetch::<N, ANY>(tree, child);
+            fetch(tree, child, false);
             steps.set_child(first + ray, child);
         }
     }
@@ -77,7 +77,7 @@ pub fn visit_widened<W: Wide, N: Node>(
         wide.store8(wide.packed8(wide.load8(node.children()), met), &mut slot.children[top as usize..][..WIDTH]);
         let top = top.wrapping_add(met.count_ones() as u8).wrapping_sub(1);
         let child = slot.child(top);
-        fetch::<N, true>(tree, child);
+        fetch(tree, child, true);
         steps.set_top(step, top);
         steps.set_child(step, child);
     }
